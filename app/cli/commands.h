@@ -1,0 +1,13 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+
+/// Adds a subcommand; when it is given, `run` returns the exit code: 0 done, 1 unstable or failed. Bad input throws (exit 2).
+struct Command {
+    CLI::App* app;
+    std::function<int()> run;
+};
+
+Command add_check(CLI::App& program);
+Command add_estimate(CLI::App& program);
+Command add_simulate(CLI::App& program);

@@ -1,0 +1,107 @@
+// Nanoseconds per vertex and step: sphere of 642, 10 242 and 163 842 vertices, paper's material, gravity and a patch load.
+//   bench_step --benchmark_out=step.csv --benchmark_out_format=csv
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <map>
+
+#include "innerspring/mesh/read.h"
+#include "innerspring/mesh/shapes.h"
+#include "innerspring/mesh/weld.h"
+#include "innerspring/mesh/write.h"
+#include "innerspring/sim/stability.h"
+#include "innerspring/sim/equilibrium.h"
+#include "innerspring/sim/measure.h"
+#include "innerspring/sim/step.h"
+
+using namespace innerspring;
+
+namespace {
+
+const Body& sphere_body(long vertices, bool free) {
+    static std::map<std::pair<long, bool>, Body> bodies;
+    auto it = bodies.find({vertices, free});
+    if (it == bodies.end()) {
+        BodyOptions options;
+        options.free = free;
+        it = bodies.emplace(std::pair(vertices, free), build_body(make_shape(fmt::format("icosphere:vertices={}", vertices)), {}, options)).first;
+    }
+    return it->second;
+}
+
+Loads press(const Body& body) {
+    Loads loads;
+    loads.forces.push_back(patch_force(body, 0, 0.4, Vector(0, 0, -0.01)));
+    return loads;
+}
+
+void per_vertex(benchmark::State& b, const Body& body, double steps) {
+    b.counters["ns/vertex/step"] = benchmark::Counter(double(body.vertices()) * steps * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+/// One symplectic Euler sub-step per iteration.
+void symplectic(benchmark::State& b, bool free) {
+    const Body& body = sphere_body(b.range(0), free);
+    StepOptions options;
+    options.integrator = Integrator::symplectic;
+    options.threads = int(b.range(1));
+    options.dt = 0.99 * step_safety * largest_stable_step(body);
+    Workspace workspace(body, options);
+    State state = rest_state(body);
+    const Loads loads = press(body);
+    for (auto _ : b) benchmark::DoNotOptimize(step(body, loads, state, workspace));
+    per_vertex(b, body, 1);
+}
+
+/// One implicit step of 0.01 s per iteration.
+void implicit(benchmark::State& b) {
+    const Body& body = sphere_body(b.range(0), false);
+    StepOptions options;
+    options.integrator = Integrator::implicit;
+    options.threads = int(b.range(1));
+    Workspace workspace(body, options);
+    State state = rest_state(body);
+    const Loads loads = press(body);
+    for (auto _ : b) benchmark::DoNotOptimize(step(body, loads, state, workspace));
+    per_vertex(b, body, 1);
+}
+
+void equilibrium(benchmark::State& b) {
+    const Body& body = sphere_body(b.range(0), false);
+    const Loads loads = press(body);
+    for (auto _ : b) {
+        State state = rest_state(body);
+        benchmark::DoNotOptimize(solve_equilibrium(body, loads, state));
+    }
+}
+
+void build(benchmark::State& b) {
+    const SurfaceMesh mesh = make_shape(fmt::format("icosphere:vertices={}", b.range(0)));
+    for (auto _ : b) benchmark::DoNotOptimize(build_body(mesh));
+    b.counters["ns/vertex"] = benchmark::Counter(double(mesh.positions.size()) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+void volume_every_step(benchmark::State& b) {
+    const Body& body = sphere_body(b.range(0), false);
+    for (auto _ : b) benchmark::DoNotOptimize(volume(body.rest.positions, body.rest.triangles));
+    per_vertex(b, body, 1);
+}
+
+/// A binary STL read from memory and welded.
+void read_stl(benchmark::State& b) {
+    const std::string bytes = to_stl_binary(make_shape(fmt::format("icosphere:vertices={}", b.range(0))));
+    for (auto _ : b) benchmark::DoNotOptimize(weld(read_from_memory(bytes, "sphere.stl")));
+    b.counters["triangles"] = double(2 * b.range(0) - 4);
+}
+
+}  // namespace
+
+BENCHMARK_CAPTURE(symplectic, held, false)->ArgsProduct({{642, 10242, 163842}, {1, 2}})->ArgNames({"vertices", "threads"})->UseRealTime();
+BENCHMARK_CAPTURE(symplectic, free, true)->ArgsProduct({{642, 10242, 163842}, {1, 2}})->ArgNames({"vertices", "threads"})->UseRealTime();
+BENCHMARK(implicit)->ArgsProduct({{642, 10242}, {1, 2}})->ArgNames({"vertices", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(equilibrium)->Arg(642)->Arg(10242)->ArgName("vertices")->Unit(benchmark::kMillisecond);
+BENCHMARK(build)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices")->Unit(benchmark::kMillisecond);
+BENCHMARK(volume_every_step)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices");
+BENCHMARK(read_stl)->Arg(500002)->ArgName("vertices")->Unit(benchmark::kMillisecond)->Iterations(3);
+
+BENCHMARK_MAIN();

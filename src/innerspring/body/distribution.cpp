@@ -1,0 +1,73 @@
+#include "innerspring/body/distribution.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "innerspring/mesh/medial.h"
+
+namespace innerspring {
+
+namespace {
+
+void apply_equations(const SurfaceMesh& mesh, double volume_m3, Distribution& d) {
+    d.m.assign(mesh.positions.size(), 0.0);
+    d.K.assign(mesh.positions.size(), 0.0);
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+        const Triangle& corners = mesh.triangles[t];
+        const double L_t = d.L[corners[0]] + d.L[corners[1]] + d.L[corners[2]];
+        for (Index i : corners) {
+            const double C = (L_t - d.L[i]) / (2 * L_t);      // Eq. 2
+            d.m[i] += C * d.V_t[t] / volume_m3;               // Eq. 1, M = 1
+            d.K[i] += d.V_t[t] / (d.L[i] * d.L[i]);  // Eq. 3, E = 1; no 1/3: a column from the centre to the surface
+        }
+    }
+}
+
+}  // namespace
+
+Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre) {
+    Distribution d;
+    for (const Vector& q : mesh.positions) d.L.push_back((q - centre).norm());
+    double sum = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Vector a = mesh.positions[t[0]] - centre, b = mesh.positions[t[1]] - centre, c = mesh.positions[t[2]] - centre;
+        d.V_t.push_back(a.dot(b.cross(c)) / 6);
+        sum += d.V_t.back();
+    }
+    apply_equations(mesh, sum, d);
+    return d;
+}
+
+Distribution distribute_locally(const SurfaceMesh& mesh) {
+    Distribution d;
+    d.L = medial_radii(mesh);
+    const std::vector<double> A = triangle_areas(mesh.positions, mesh.triangles);
+    double sum = 0;
+    for (std::size_t t = 0; t < A.size(); ++t) {
+        const Triangle& corners = mesh.triangles[t];
+        d.V_t.push_back(A[t] * (d.L[corners[0]] + d.L[corners[1]] + d.L[corners[2]]) / 9);  // A_t mean(L) / 3
+        sum += d.V_t.back();
+    }
+    const double V = volume(mesh), s = V / sum;
+    for (double& V_t : d.V_t) V_t *= s;
+    apply_equations(mesh, V, d);
+    return d;
+}
+
+LeastPositive least_positive(const SurfaceMesh& mesh, const Distribution& d) {
+    const std::vector<double> A = vertex_areas(mesh.positions, mesh.triangles);
+    const double V = volume(mesh);
+    LeastPositive least{INFINITY, no_index, 0};
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < A.size(); ++i) {
+        const double value = std::min(d.K[i] * d.L[i] / A[i], 3 * d.m[i] * V / (A[i] * d.L[i]));
+        if (!(d.m[i] > 0 && d.K[i] > 0)) ++count;
+        // A value that is no number (a vertex on the centre itself) is the worst of all.
+        if (std::isnan(least.value)) continue;
+        if (!(value >= least.value)) least = {value, Index(i), 0};
+    }
+    least.count = count;
+    return least;
+}
+
+}  // namespace innerspring

@@ -1,0 +1,44 @@
+#include "innerspring/body/estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innerspring {
+
+Quartiles quartiles(std::vector<double> values) {
+    if (values.empty()) return {};
+    std::sort(values.begin(), values.end());
+    // Linear interpolation between the two nearest ranks.
+    auto at = [&](double share) {
+        const double rank = share * double(values.size() - 1);
+        const std::size_t below = std::size_t(rank), above = std::min(below + 1, values.size() - 1);
+        return values[below] + (rank - double(below)) * (values[above] - values[below]);
+    };
+    return {values.front(), at(0.25), at(0.5), at(0.75), values.back()};
+}
+
+Groups dimensionless_groups(const Body& body, double gravity_m_s2, double force_n) {
+    const double E = body.material.young, R = body.radius;
+    return {body.material.mass * gravity_m_s2 / (E * R * R), body.material.surface / (E * R), force_n / (E * R * R)};
+}
+
+Estimate estimate(const Body& body, double gravity_m_s2) {
+    Estimate e;
+    e.m = quartiles(body.m);
+    e.K = quartiles(body.K);
+    e.k = quartiles(body.k);
+    e.L = quartiles(body.L);
+    const std::vector<double> A = vertex_areas(body.rest.positions, body.rest.triangles);
+    Vector moment = Vector::Zero();
+    for (std::size_t i = 0; i < body.vertices(); ++i) {
+        e.mass_sum += body.m[i];
+        e.stiffness_sum += body.K[i];
+        e.stiffness_theory += body.material.young * A[i] / body.L[i];
+        moment += body.m[i] * body.rest.positions[i];
+    }
+    e.mass_shift = moment / e.mass_sum - volume_centroid(body.rest.positions, body.rest.triangles);
+    e.sag = body.material.mass * gravity_m_s2 * body.radius * body.radius / (3 * body.volume * body.material.young);
+    return e;
+}
+
+}  // namespace innerspring

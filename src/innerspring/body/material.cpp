@@ -1,0 +1,40 @@
+#include "innerspring/body/material.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "innerspring/mesh/error.h"
+#include "innerspring/mesh/geometry.h"
+#include "innerspring/mesh/nearest_name.h"
+
+namespace innerspring {
+
+Material resolve(const Material& material, double volume_m3) {
+    auto positive = [](double value, const char* what, const char* unit) {
+        if (!(value > 0 && std::isfinite(value))) throw InputError(fmt::format("{} is {:g} {}; it must be positive", what, value, unit));
+    };
+    auto not_negative = [](double value, const char* what, const char* unit) {
+        if (!(value >= 0 && std::isfinite(value))) throw InputError(fmt::format("{} is {:g}{}; it must not be negative", what, value, unit));
+    };
+    Material r = material;
+    if (material.density) {
+        positive(*material.density, "density", "kg/m^3");
+        r.mass = *material.density * volume_m3;
+    }
+    positive(r.mass, "mass", "kg");
+    positive(r.young, "young (E)", "Pa");
+    if (material.surface_ratio) {
+        not_negative(*material.surface_ratio, "surface ratio (E_s / E R)", "");
+        r.surface = *material.surface_ratio * r.young * volume_radius(volume_m3);
+    }
+    not_negative(r.surface, "surface (E_s)", " N/m");
+    not_negative(r.damping, "damping (zeta)", "");
+    r.density.reset();
+    r.surface_ratio.reset();
+    return r;
+}
+
+}  // namespace innerspring

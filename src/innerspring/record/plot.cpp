@@ -1,0 +1,192 @@
+#include "innerspring/record/plot.h"
+
+#include <fmt/core.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <string_view>
+
+#include "innerspring/mesh/write.h"
+#include "innerspring/record/xml.h"
+
+extern char** environ;
+
+namespace innerspring {
+namespace {
+
+constexpr auto patience = std::chrono::seconds(20);
+
+// Okabe and Ito's colours, told apart by colour-blind eyes as well (their yellow is too faint on white).
+constexpr std::array colours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
+
+// A literal of gnuplot that shows the text as it is: all but letters, digits and spaces as octal escapes, so
+// that no quote, backquote or backslash is left to be read as anything else. (Within single quotes
+// gnuplot 5.4 stumbles over a quote in front.)
+std::string literal(std::string_view text) {
+    std::string quoted = "\"";
+    for (const char c : clean_text(text)) {
+        const bool plain =
+            c == ' ' || (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        quoted += plain ? std::string(1, c) : fmt::format("\\{:03o}", static_cast<unsigned char>(c));
+    }
+    return quoted + '"';
+}
+
+bool drawable(const Plot& plot, double x, double y) {
+    return std::isfinite(x) && std::isfinite(y) && (!plot.log_x || x > 0) && (!plot.log_y || y > 0);
+}
+
+// The points as a data block: a blank line, a gap in the curve, where one cannot be drawn. Of a long curve,
+// of every so many points only the lowest and the highest, which looks the same. Returns how many points are
+// drawn.
+std::size_t add_data(const Curve& curve, const Plot& plot, std::string& script) {
+    const std::size_t size = std::min(curve.x.size(), curve.y.size()), stride = 1 + size / 4000;
+    std::size_t drawn = 0;
+    const auto add = [&](std::size_t i) {
+        script += fmt::format("{} {}\n", curve.x[i], curve.y[i]);
+        ++drawn;
+    };
+    for (std::size_t begin = 0, end = 0; begin < size; begin = end) {
+        if (!drawable(plot, curve.x[begin], curve.y[begin])) {
+            script += "\n";
+            end = begin + 1;
+            continue;
+        }
+        std::size_t low = begin, high = begin;
+        for (; end < std::min(begin + stride, size) && drawable(plot, curve.x[end], curve.y[end]); ++end) {
+            if (curve.y[end] < curve.y[low]) low = end;
+            if (curve.y[end] > curve.y[high]) high = end;
+        }
+        add(std::min(low, high));
+        if (low != high) add(std::max(low, high));
+    }
+    return drawn;
+}
+
+std::string script_of(const Plot& plot) {
+    std::string script = "set encoding utf8\n", commands;
+    std::size_t longest = 0, shown = 0;
+    for (std::size_t i = 0; i < plot.curves.size(); ++i) {
+        const Curve& curve = plot.curves[i];
+        script += fmt::format("$curve{} << EOD\n", i);
+        const std::size_t points = add_data(curve, plot, script);
+        script += "EOD\n";
+        if (points == 0) continue;
+        commands += fmt::format("{} $curve{} using 1:2 with {} lc rgb '{}' dt {} lw 2 pt 7 ps 0.45 {}",
+                                shown == 0 ? "plot" : ",", i, points <= 40 ? "linespoints" : "lines",
+                                colours[shown % colours.size()], shown / colours.size() % 5 + 1,
+                                curve.label.empty() ? "notitle" : "title " + literal(curve.label));
+        longest = std::max(longest, curve.label.size());
+        ++shown;
+    }
+    script += "set terminal svg size 800,480 noenhanced font 'sans-serif,14' background '#ffffff'\n";
+    script += "set border 3 lw 1 lc rgb '#606060'\nset tics nomirror out scale 0.6 textcolor rgb '#303030'\n";
+    script += "set grid lc rgb '#dcdcdc' lw 1 lt 1\n";
+    // Long labels beside the axes would leave no room for the curves.
+    script +=
+        longest > 24 ? "set key outside bottom center horizontal\n" : "set key outside right top vertical\n";
+    script += "set key Left reverse samplen 2 spacing 1.2 noenhanced textcolor rgb '#303030'\n";
+    script += fmt::format("set title {} noenhanced font ',17'\n", literal(plot.title));
+    script += fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n", literal(plot.x_label),
+                          literal(plot.y_label));
+    if (plot.log_x) script += "set logscale x\n";
+    if (plot.log_y) script += "set logscale y\n";
+    if (shown == 0) {
+        script +=
+            "set xrange [1:10]\nset yrange [1:10]\nunset tics\nset label 'no data' at graph 0.5,0.5 center\n";
+        commands = "plot NaN notitle";
+    }
+    return script + commands + "\n";
+}
+
+using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+std::string text_of(std::FILE* file) {
+    std::string text;
+    std::array<char, 65536> buffer;
+    std::rewind(file);
+    while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), file))
+        text.append(buffer.data(), n);
+    return text;
+}
+
+// The last line that says something, for an error of one line: gnuplot's reason follows the command.
+std::string last_line(const std::string& text) {
+    const std::size_t end = text.find_last_not_of(" \t\r\n");
+    if (end == std::string::npos) return "no reason given";
+    const std::size_t before = text.find_last_of("\r\n", end),
+                      begin = text.find_first_not_of(" \t", before + 1);
+    return clean_text(std::string_view(text).substr(begin, end + 1 - begin));
+}
+
+bool ended(pid_t child, int& status) {
+    const pid_t pid = waitpid(child, &status, WNOHANG);
+    return pid == child || (pid < 0 && errno != EINTR);  // ECHILD: the host program ignores SIGCHLD
+}
+
+// Runs gnuplot on the script. Returns why it failed, or an empty string. Input and output are unnamed
+// temporary files, not pipes: nothing can block, and no SIGPIPE can come.
+std::string run_gnuplot(const std::string& script, std::string& svg) {
+    std::array<File, 3> files = {File(std::tmpfile(), std::fclose), File(std::tmpfile(), std::fclose),
+                                 File(std::tmpfile(), std::fclose)};
+    for (const File& file : files)
+        if (!file) return fmt::format("no temporary file: {}", std::strerror(errno));
+    if (std::fwrite(script.data(), 1, script.size(), files[0].get()) != script.size() ||
+        std::fflush(files[0].get()) != 0)
+        return fmt::format("temporary file: {}", std::strerror(errno));
+    std::rewind(files[0].get());
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    for (int i = 0; i < 3; ++i) posix_spawn_file_actions_adddup2(&actions, fileno(files[i].get()), i);
+    std::array<char, 8> program = {"gnuplot"};
+    std::array<char, 3> defaults = {"-d"};  // no start-up file of the user
+    const std::array<char*, 3> arguments = {program.data(), defaults.data(), nullptr};
+    pid_t child = 0;
+    const int error = posix_spawnp(&child, program.data(), &actions, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (error == ENOENT) return "gnuplot is not installed";
+    if (error != 0) return fmt::format("cannot run gnuplot: {}", std::strerror(error));
+
+    int status = 0;
+    const auto deadline = std::chrono::steady_clock::now() + patience;
+    while (!ended(child, status)) {
+        if (std::chrono::steady_clock::now() > deadline) {
+            kill(child, SIGKILL);
+            waitpid(child, &status, 0);
+            return fmt::format("gnuplot took longer than {} s", patience.count());
+        }
+        usleep(2000);
+    }
+    svg = text_of(files[1].get());
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 127 && svg.empty()) return "gnuplot is not installed";
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || svg.find("</svg>") == std::string::npos)
+        return "gnuplot failed: " + last_line(text_of(files[2].get()));
+    return {};
+}
+
+}  // namespace
+
+std::string write_svg(const Plot& plot, const std::filesystem::path& file) {
+    std::string svg;
+    if (std::string failure = run_gnuplot(script_of(plot), svg); !failure.empty()) return failure;
+    try {
+        write_whole(file, svg);
+    } catch (const std::exception& error) {
+        return last_line(error.what());
+    }
+    return {};
+}
+
+}  // namespace innerspring

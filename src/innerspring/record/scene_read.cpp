@@ -1,0 +1,171 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "innerspring/mesh/shapes.h"
+#include "innerspring/record/scene.h"
+#include "innerspring/record/scene_table.h"
+
+namespace innerspring {
+
+namespace {
+
+using namespace scene_text;
+
+constexpr double most_steps = 1e9;
+
+void read_material(const Table& t, Scene& scene) {
+    t.read("name", scene.material_name);
+    t.read_word("name", scene.material, tissue_material);
+    Material& m = scene.material;
+    if (t.find("mass_kg") && t.find("density_kg_m3"))
+        t.refuse("mass_kg", "and density_kg_m3 exclude each other");
+    if (t.find("surface_n_m") && t.find("surface_ratio"))
+        t.refuse("surface_n_m", "and surface_ratio exclude each other");
+    if (t.find("mass_kg")) m.density.reset();
+    if (t.find("surface_n_m")) m.surface_ratio.reset();
+    t.read("mass_kg", m.mass, Range::positive);
+    t.read("density_kg_m3", m.density, Range::positive);
+    t.read("young_pa", m.young, Range::positive);
+    t.read("surface_n_m", m.surface, Range::not_negative);
+    t.read("surface_ratio", m.surface_ratio, Range::not_negative);
+    t.read("damping_ratio", m.damping, Range::not_negative);
+}
+
+void read_body(const Table& t, Scene& scene) {
+    t.read_word("scheme", scene.scheme, parse_scheme);
+    if (const toml::node* node = t.find("centre"); node && node->is_array()) {
+        scene.centre.kind = CentreKind::given;
+        t.read("centre", scene.centre.position);
+    } else {
+        t.read_word("centre", scene.centre, parse_centre);
+    }
+    t.read("free", scene.free);
+}
+
+void read_simulation(const Table& t, Scene& scene) {
+    constexpr int most = std::numeric_limits<int>::max();
+    t.read("gravity_m_s2", scene.gravity);
+    t.read("duration_s", scene.duration, Range::not_negative);
+    t.read("dt_s", scene.step.dt, Range::positive);
+    if (!(scene.duration / scene.step.dt <= most_steps))
+        t.refuse(t.find("dt_s") ? "dt_s" : "duration_s",
+                 fmt::format("asks for {:.3g} steps; at most {:g} are allowed",
+                             scene.duration / scene.step.dt, most_steps));
+    t.read_word("integrator", scene.step.integrator, parse_integrator);
+    t.read("threads", scene.step.threads, 0, 1024);
+    t.read("max_substeps", scene.step.max_substeps, 1, most);
+    t.read("tolerance", scene.step.tolerance, Range::positive);
+    t.read("max_iterations", scene.step.max_iterations, 1, most);
+    t.read("equilibrium", scene.equilibrium);
+    t.read("residual_n", scene.residual_n, Range::not_negative);
+    t.read("every", scene.every, 0, most);
+}
+
+SceneForce read_force(const Table& t) {
+    SceneForce f;
+    if (!t.find("vertex") == !t.find("near")) t.refuse("needs exactly one of vertex and near");
+    if (!t.find("newton") == !t.find("inward")) t.refuse("needs exactly one of newton and inward");
+    if (t.find("profile"))
+        for (const char* key : {"start", "end", "ramp"})
+            if (t.find(key)) t.refuse(key, "and profile exclude each other");
+    t.read("name", f.name);
+    if (t.find("vertex")) t.read("vertex", f.vertex.emplace(), 0, largest_vertex);
+    t.read("near", f.near);
+    t.read("newton", f.newton);
+    t.read("inward", f.inward, Range::finite);
+    t.read("radius", f.radius, Range::not_negative);
+    t.read("start", f.start, Range::finite);
+    t.read("end", f.end, Range::finite);
+    if (f.end && !(*f.end > f.start))
+        t.refuse("end", fmt::format("is {}; it must come after start, {}", *f.end, f.start));
+    t.read("ramp", f.ramp, Range::not_negative);
+    const auto rows = t.read_rows<2>("profile", "[time_s, factor], two finite numbers each");
+    f.profile.reserve(rows.size());
+    for (const auto& row : rows) f.profile.emplace_back(row[0], row[1]);
+    return f;
+}
+
+ScenePin read_pin(const Table& t) {
+    ScenePin p;
+    if (!t.find("vertices") == !t.find("near")) t.refuse("needs exactly one of vertices and near");
+    if (t.find("vertices") && t.find("radius")) t.refuse("radius", "goes with near, not with vertices");
+    p.vertices = t.read_vertices("vertices");
+    t.read("near", p.near);
+    t.read("radius", p.radius, Range::not_negative);
+    const auto rows = t.read_rows<4>("path", "[time_s, dx, dy, dz], four finite numbers each");
+    p.path.reserve(rows.size());
+    for (const auto& row : rows) p.path.emplace_back(row[0], Vector(row[1], row[2], row[3]));
+    return p;
+}
+
+Scene read_top(const Table& t) {
+    Scene scene;
+    t.read("mesh", scene.mesh);
+    if (scene.mesh.empty() || scene.mesh.find('\0') != std::string::npos)
+        t.refuse("mesh", "must name a file or a built-in shape");
+    t.read("unit", scene.unit);
+    if (t.find("unit") && scene.unit != "mm" && scene.unit != "cm" && scene.unit != "m")
+        t.refuse("unit", fmt::format("is '{}'; it must be \"mm\", \"cm\" or \"m\"", shown(scene.unit)));
+    if (t.find("normalize")) t.read("normalize", scene.normalize.emplace());
+    t.read("weld", scene.weld, Range::not_negative);
+    if (const auto table = t.table("material", material)) read_material(*table, scene);
+    if (const auto table = t.table("body", body)) read_body(*table, scene);
+    if (const auto table = t.table("simulation", simulation)) read_simulation(*table, scene);
+    const std::vector<Table> forces = t.tables("force", force), pins = t.tables("pin", pin);
+    scene.forces.reserve(forces.size());
+    for (const Table& table : forces) scene.forces.push_back(read_force(table));
+    scene.pins.reserve(pins.size());
+    for (const Table& table : pins) scene.pins.push_back(read_pin(table));
+    return scene;
+}
+
+/// Parses the inside of an inline table given on the command line and hands it to `read`.
+template <class T>
+T parse_option(std::string_view option, std::string_view text, SectionIndex section,
+               T (*read)(const Table&)) {
+    const Source source{std::string(option), false};
+    const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
+    while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+    while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+    if (text.size() >= 2 && text.front() == '{' && text.back() == '}') text = text.substr(1, text.size() - 2);
+    const toml::table root = parse(source, fmt::format("x = {{{}}}", text));
+    const toml::node* inside = root.get("x");
+    if (root.size() != 1 || !inside || !inside->is_table()) fail(source, 0, "a '}' too many");
+    return read(Table(source, *inside->as_table(), section));
+}
+
+}  // namespace
+
+Scene scene_from_text(std::string_view text, std::string_view name) {
+    const Source source{std::string(name), true};
+    const toml::table root = parse(source, text);
+    return read_top(Table(source, root, top));
+}
+
+Scene read_scene(const std::filesystem::path& file) {
+    std::error_code error;
+    std::ifstream in(file, std::ios::binary);
+    if (!in || std::filesystem::is_directory(file, error))
+        throw InputError(fmt::format("{}: cannot be read; is it there, and a file?", file.string()));
+    std::string text(largest_file + 1, '\0');  // one byte more shows that it is too large
+    in.read(text.data(), static_cast<std::streamsize>(text.size()));
+    if (in.bad()) throw InputError(fmt::format("{}: cannot be read to its end", file.string()));
+    text.resize(static_cast<std::size_t>(in.gcount()));
+    Scene scene = scene_from_text(text, file.string());
+    if (!is_shape(scene.mesh))
+        scene.mesh = (file.parent_path() / scene.mesh).string();  // an absolute one stays
+    return scene;
+}
+
+SceneForce parse_force(std::string_view text) {
+    return parse_option("--force", text, force, read_force);
+}
+
+ScenePin parse_pin(std::string_view text) {
+    return parse_option("--pin", text, pin, read_pin);
+}
+
+}  // namespace innerspring

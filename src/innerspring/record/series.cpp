@@ -1,0 +1,73 @@
+#include "innerspring/record/series.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+
+#include "innerspring/mesh/error.h"
+
+namespace innerspring {
+
+namespace {
+
+std::string header(const Loads& loads) {
+    std::string text = "time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m";
+    for (std::size_t n = 0; n < loads.forces.size(); ++n) {
+        std::string name = loads.forces[n].name;
+        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c == ',' || c == '"' || c < 32; }, '_');
+        text += fmt::format(",force_{}_n", name);
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string to_csv(std::span<const Measures> rows, const Loads& loads) {
+    std::string text = header(loads) + "\n";
+    for (const Measures& r : rows) {
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", r.time, r.volume, r.volume_variation_percent, r.kinetic, r.elastic,
+                       r.potential, r.max_displacement);
+        for (double f : r.force) fmt::format_to(std::back_inserter(text), ",{}", f);
+        text += '\n';
+    }
+    return text;
+}
+
+std::vector<Measures> read_series(const std::filesystem::path& file, std::size_t count, const Loads& loads) {
+    std::ifstream in(file);
+    std::string line;
+    if (!in || !std::getline(in, line) || line != header(loads))
+        throw InputError(fmt::format("{}: missing, or not the series of this scene; it cannot be resumed", file.string()));
+    std::vector<Measures> rows;
+    while (rows.size() < count && std::getline(in, line)) {
+        Measures r;
+        r.force.resize(loads.forces.size());
+        std::vector<double*> columns{&r.time, &r.volume, &r.volume_variation_percent, &r.kinetic, &r.elastic, &r.potential, &r.max_displacement};
+        for (double& f : r.force) columns.push_back(&f);
+        const char *p = line.data(), *end = p + line.size();
+        for (std::size_t c = 0; c < columns.size(); ++c) {
+            const auto [next, error] = std::from_chars(p, end, *columns[c]);
+            if (error != std::errc() || (c + 1 < columns.size() ? next == end || *next != ',' : next != end))
+                throw InputError(fmt::format("{}:{}: not a row of a series", file.string(), rows.size() + 2));
+            p = next + 1;
+        }
+        rows.push_back(std::move(r));
+    }
+    if (rows.size() < count) throw InputError(fmt::format("{}: {} rows where the saved state has {}", file.string(), rows.size(), count));
+    return rows;
+}
+
+VolumeVariation volume_variation(std::span<const Measures> rows) {
+    VolumeVariation v;
+    for (const Measures& r : rows) {
+        v.max = std::max(v.max, std::abs(r.volume_variation_percent));
+        v.mean += std::abs(r.volume_variation_percent) / double(rows.size());
+    }
+    if (!rows.empty()) v.final = rows.back().volume_variation_percent;
+    return v;
+}
+
+}  // namespace innerspring

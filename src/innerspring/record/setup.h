@@ -1,0 +1,28 @@
+#pragma once
+#include "innerspring/record/scene.h"
+
+namespace innerspring {
+
+/// A mesh ready for build_body and what was done to it.
+struct LoadedMesh {
+    SurfaceMesh mesh;                ///< welded, in metres
+    std::vector<std::string> notes;  ///< merged and dropped vertices, scaling: one line each
+};
+
+/// Makes a built-in shape or reads a file, welds it, and brings it to metres: by `unit` ("mm", "cm", "m"), or, where `normalize` says so or
+/// no unit is known, to unit volume radius with the centroid at the origin. `weld` is the tolerance in the unit of the file.
+LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::optional<bool> normalize, double weld_tolerance);
+
+/// A scene made concrete.
+struct Setup {
+    Body body;
+    Loads loads;
+    std::vector<std::string> notes;
+};
+Setup set_up(const Scene& scene);
+
+/// A force of the scene on this body: place, direction, weights and profile worked out. Throws InputError.
+Force to_force(const SceneForce& force, const Body& body);
+Pin to_pin(const ScenePin& pin, const Body& body);
+
+}  // namespace innerspring

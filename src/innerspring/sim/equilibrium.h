@@ -1,0 +1,30 @@
+#pragma once
+#include "innerspring/sim/loads.h"
+#include "innerspring/sim/state.h"
+
+namespace innerspring {
+
+struct EquilibriumOptions {
+    double tolerance_n = 0;    ///< largest residual force on a vertex [N]; 0: 1e-9 of the sum of the loads, but not below rounding
+    int max_iterations = 200;
+};
+
+struct EquilibriumReport {
+    bool reached = false;
+    double residual_n = 0;   ///< largest residual force on a vertex [N]
+    double tolerance_n = 0;  ///< the tolerance used [N]
+    int iterations = 0;
+};
+
+/// Moves `state` to where all forces balance under the loads as they are at state.time; velocities become zero.
+/// Newton with a line search on the potential energy; the fill-reducing order is found once.
+/// A free body needs a pin, otherwise nothing holds it: throws InputError.
+EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state, const EquilibriumOptions& options = {});
+
+/// Largest force left on a vertex that is not pinned [N]: zero in equilibrium.
+double largest_imbalance(const Body& body, const Loads& loads, const State& state);
+
+/// Sum of the loads at `time` [N]: weight and the magnitudes of the forces. The scale of a residual.
+double load_sum(const Body& body, const Loads& loads, double time);
+
+}  // namespace innerspring

@@ -1,0 +1,95 @@
+#include "innerspring/sim/loads.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "innerspring/mesh/error.h"
+
+namespace innerspring {
+
+namespace {
+
+/// Linear between points sorted by time, constant outside.
+template <class T>
+T interpolate(const std::vector<std::pair<double, T>>& points, double time) {
+    auto after = std::upper_bound(points.begin(), points.end(), time, [](double t, const auto& p) { return t < p.first; });
+    if (after == points.begin()) return points.front().second;
+    if (after == points.end()) return points.back().second;
+    const auto& [t0, a] = *(after - 1);
+    const auto& [t1, b] = *after;
+    return a + (time - t0) / (t1 - t0) * (b - a);
+}
+
+template <class T>
+void require_increasing(const std::vector<std::pair<double, T>>& points, const char* what) {
+    for (std::size_t n = 0; n < points.size(); ++n)
+        if (!std::isfinite(points[n].first) || (n > 0 && !(points[n].first > points[n - 1].first)))
+            throw InputError(fmt::format("{}: its times must be finite and increasing; entry {} is {:g} s", what, n, points[n].first));
+}
+
+}  // namespace
+
+double at(const Profile& profile, double time) { return profile.points.empty() ? 1.0 : interpolate(profile.points, time); }
+
+Vector offset_at(const Pin& pin, double time) { return pin.path.empty() ? Vector(Vector::Zero()) : interpolate(pin.path, time); }
+
+Force point_force(Index vertex, const Vector& newton) { return {"point", {vertex}, {1.0}, newton, {}}; }
+
+Force patch_force(const Body& body, Index vertex, double radius, const Vector& newton) {
+    if (vertex >= body.vertices())
+        throw InputError(fmt::format("patch force: vertex {} does not exist; the mesh has {}", vertex, body.vertices()));
+    if (!(radius > 0 && std::isfinite(radius))) throw InputError(fmt::format("patch force: radius {:g} m must be positive", radius));
+    Force force{"patch", {}, {}, newton, {}};
+    const std::vector<double> A = vertex_areas(body.rest.positions, body.rest.triangles);
+    std::vector<bool> seen(body.vertices(), false);
+    std::vector<Index> open{vertex};
+    seen[vertex] = true;
+    double sum = 0;
+    while (!open.empty()) {
+        const Index i = open.back();
+        open.pop_back();
+        const double d2 = (body.rest.positions[i] - body.rest.positions[vertex]).squaredNorm() / (radius * radius);
+        if (d2 >= 1) continue;
+        force.vertices.push_back(i);
+        force.weights.push_back((1 - d2) * (1 - d2) * A[i]);
+        sum += force.weights.back();
+        for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) {
+            const Index j = body.spokes[s].neighbour;
+            if (!seen[j]) seen[j] = true, open.push_back(j);
+        }
+    }
+    for (double& w : force.weights) w /= sum;
+    return force;
+}
+
+void require_valid(const Body& body, const Loads& loads) {
+    if (!loads.gravity.allFinite()) throw InputError("gravity must be finite");
+    for (const Force& f : loads.forces) {
+        if (!f.newton.allFinite()) throw InputError(fmt::format("force '{}' is not finite", f.name));
+        if (f.vertices.size() != f.weights.size() || f.vertices.empty())
+            throw InputError(fmt::format("force '{}' needs one weight per vertex and at least one vertex", f.name));
+        for (double w : f.weights)
+            if (!std::isfinite(w)) throw InputError(fmt::format("force '{}': a weight is not finite", f.name));
+        for (Index i : f.vertices)
+            if (i >= body.vertices())
+                throw InputError(fmt::format("force '{}': vertex {} does not exist; the mesh has {}", f.name, i, body.vertices()));
+        require_increasing(f.profile.points, "force profile");
+        for (const auto& [time, factor] : f.profile.points)
+            if (!std::isfinite(factor)) throw InputError(fmt::format("force '{}': its profile is not finite at {:g} s", f.name, time));
+    }
+    std::vector<bool> pinned(body.vertices(), false);
+    for (const Pin& pin : loads.pins) {
+        for (Index i : pin.vertices) {
+            if (i >= body.vertices()) throw InputError(fmt::format("pin: vertex {} does not exist; the mesh has {}", i, body.vertices()));
+            if (pinned[i]) throw InputError(fmt::format("pin: vertex {} is pinned twice", i));
+            pinned[i] = true;
+        }
+        require_increasing(pin.path, "pin path");
+        for (const auto& [time, offset] : pin.path)
+            if (!offset.allFinite()) throw InputError(fmt::format("pin: the path is not finite at {:g} s", time));
+    }
+}
+
+}  // namespace innerspring

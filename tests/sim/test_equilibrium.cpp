@@ -1,0 +1,179 @@
+#include "innerspring/sim/equilibrium.h"
+
+#include <gtest/gtest.h>
+
+#include "innerspring/mesh/error.h"
+#include "support/bodies.h"
+
+namespace innerspring {
+namespace {
+
+using namespace support;
+
+/// Largest force left on any vertex that is not pinned [N], from the forces themselves.
+double left_over(const Body& body, const Loads& loads, const State& state) {
+    Team team(1);
+    std::vector<Vector> f(body.vertices(), Vector::Zero());
+    add_inner_forces(body, home_frame(body, state.x, team), state.x, f);
+    add_surface_forces(body, state.x, f);
+    add_gravity(body, loads.gravity, f);
+    add_loads(loads, state.time, f);
+    for (const Pin& pin : loads.pins)
+        for (Index i : pin.vertices) f[i].setZero();
+    double largest = 0;
+    for (const Vector& v : f) largest = std::max(largest, v.norm());
+    return largest;
+}
+
+Loads moderate(const Body& body) {
+    Loads loads = gravity_only();
+    loads.forces = {
+        patch_force(body, coarsest_vertex(body), 0.5, -0.5 * body.rest.positions[coarsest_vertex(body)])};
+    return loads;
+}
+
+TEST(Equilibrium, ConvergesInFewIterations) {
+    for (const char* shape : {"icosphere:vertices=642", "sphere:vertices=600,irregularity=5,seed=2",
+                              "organ:vertices=600", "torus:vertices=600"})
+        for (double surface : {0.1, 1.0, 100.0}) {
+            BodyRecipe recipe;
+            recipe.surface = surface;
+            const Body body = make_body(shape, recipe);
+            const Loads loads = moderate(body);
+            State state = rest_state(body);
+            const EquilibriumReport report = solve_equilibrium(body, loads, state);
+            EXPECT_TRUE(report.reached) << shape << " E_s " << surface << " residual " << report.residual_n;
+            EXPECT_LE(report.iterations, surface > 10 ? 25 : 15) << shape << " E_s " << surface;
+            EXPECT_LE(left_over(body, loads, state), report.tolerance_n * 1.01);
+            EXPECT_LE(report.tolerance_n, 1e-9 * load_sum(body, loads, 0));
+            for (const Vector& v : state.v) ASSERT_EQ(v, Vector::Zero());
+        }
+}
+
+TEST(Equilibrium, ConvergesQuadratically) {
+    const Body body = make_body("sphere:vertices=400");
+    const Loads loads = moderate(body);
+    // The residual after n iterations, for each n: near the end its exponent doubles.
+    std::vector<double> residuals;
+    for (int n = 1; n < 20; ++n) {
+        State state = rest_state(body);
+        EquilibriumOptions options;
+        options.max_iterations = n;
+        const EquilibriumReport report = solve_equilibrium(body, loads, state, options);
+        residuals.push_back(report.residual_n);
+        EXPECT_EQ(report.reached, report.residual_n <= report.tolerance_n);
+        if (report.reached) break;
+    }
+    ASSERT_GE(residuals.size(), 3u);
+    const std::size_t n = residuals.size() - 1;
+    EXPECT_LT(residuals[n], residuals[n - 1] * 1e-2);
+    EXPECT_GT(std::log(residuals[n]) / std::log(residuals[n - 1]), 1.4)
+        << residuals[n - 1] << " then " << residuals[n];
+}
+
+TEST(Equilibrium, DoesNotDependOnWhereItStarts) {
+    for (bool free : {false, true}) {
+        BodyRecipe recipe;
+        recipe.free = free;
+        const Body body = make_body("sphere:vertices=300", recipe);
+        Loads loads = moderate(body);
+        if (free) loads.pins = {{ring(body.topology, 0, 3), {}}};
+        State from_rest = rest_state(body), from_afar = random_state(body, 3, 0.03, 1);
+        ASSERT_TRUE(solve_equilibrium(body, loads, from_rest).reached);
+        ASSERT_TRUE(solve_equilibrium(body, loads, from_afar).reached);
+        EXPECT_LT(distance(from_rest, from_afar), 1e-6);
+        EXPECT_GT(distance(from_rest, rest_state(body)), 1e-3);
+    }
+}
+
+TEST(Equilibrium, WithoutLoadsItIsTheRestShape) {
+    const Body body = make_body("organ:vertices=300");
+    State state = random_state(body, 4, 0.005);
+    const EquilibriumReport report = solve_equilibrium(body, no_loads(), state);
+    EXPECT_TRUE(report.reached) << report.residual_n << " of " << report.tolerance_n;
+    EXPECT_LT(distance(state, rest_state(body)), 1e-8);
+    State rest = rest_state(body);
+    EXPECT_TRUE(solve_equilibrium(body, no_loads(), rest).reached);
+}
+
+TEST(Equilibrium, StiffSurfaceIsNoExcuse) {
+    for (double surface : {1e4, 1e7}) {
+        BodyRecipe recipe;
+        recipe.surface = surface;
+        const Body body = make_body("sphere:vertices=300", recipe);
+        State state = rest_state(body);
+        const EquilibriumReport report = solve_equilibrium(body, moderate(body), state);
+        EXPECT_TRUE(report.reached) << surface << " residual " << report.residual_n << " of "
+                                    << report.tolerance_n;
+        EXPECT_LT(report.iterations, 30) << surface;
+    }
+}
+
+TEST(Equilibrium, LargeLoadsConvergeOrSaySo) {
+    int reached = 0, cases = 0;
+    for (double surface : {0.1, 1.0, 10.0})
+        for (double press :
+             {1.0, 3.0, 10.0, 100.0}) {  // in units of E R^2 / 3: the deepest indent is far beyond R / 2
+            BodyRecipe recipe;
+            recipe.surface = surface;
+            const Body body = make_sphere("sphere:vertices=400,irregularity=3", recipe);
+            const Index vertex = densest_vertex(body);
+            const Loads loads =
+                one_force(patch_force(body, vertex, 0.5, -press * 10 / 3 * body.rest.positions[vertex]));
+            State state = rest_state(body);
+            const EquilibriumReport report = solve_equilibrium(body, loads, state);
+            const double left = left_over(body, loads, state);
+            ++cases, reached += report.reached;
+            EXPECT_EQ(report.reached, left <= report.tolerance_n * 1.01)
+                << "E_s " << surface << " press " << press << " left " << left;
+            ASSERT_TRUE(std::isfinite(left));
+        }
+    EXPECT_EQ(reached, cases);
+}
+
+TEST(Equilibrium, AFreeBodyNeedsAPin) {
+    BodyRecipe recipe;
+    recipe.free = true;
+    const Body body = make_body("sphere:vertices=300", recipe);
+    State state = rest_state(body);
+    EXPECT_THROW(solve_equilibrium(body, gravity_only(), state), InputError);
+}
+
+TEST(Equilibrium, AFreeBodyHangsFromItsPins) {
+    for (int rings : {1, 4}) {
+        BodyRecipe recipe;
+        recipe.free = true;
+        recipe.surface = 5;
+        const Body body = make_body("sphere:vertices=300", recipe);
+        Loads loads = gravity_only();
+        Index top = 0;
+        for (Index i = 0; i < body.vertices(); ++i)
+            if (body.rest.positions[i].x() > body.rest.positions[top].x())
+                top = i;  // at the side: it must also turn
+        loads.pins = {{ring(body.topology, top, rings), {}}};
+        State state = rest_state(body);
+        const EquilibriumReport report = solve_equilibrium(body, loads, state);
+        EXPECT_TRUE(report.reached) << rings << " rings: residual " << report.residual_n << " after "
+                                    << report.iterations;
+        EXPECT_LE(report.iterations, 40) << rings << " rings";
+        EXPECT_LE(left_over(body, loads, state), report.tolerance_n * 1.01);
+        for (Index i : loads.pins[0].vertices) ASSERT_EQ(state.x[i], body.rest.positions[i]);
+        EXPECT_LT(vertex_mean(state.x).y(), vertex_mean(body.rest.positions).y() - 1e-3);
+    }
+}
+
+TEST(Equilibrium, PrescribedMotionSqueezesAHeldBody) {
+    const Body body = make_body("sphere:vertices=300");
+    Loads loads = no_loads();
+    loads.pins = {{ring(body.topology, 5, 2), {{0, Vector::Zero()}, {1, -0.2 * body.rest.positions[5]}}}};
+    State state = rest_state(body);
+    state.time = 0.5;
+    const EquilibriumReport report = solve_equilibrium(body, loads, state);
+    EXPECT_TRUE(report.reached);
+    EXPECT_LT((state.x[5] - 0.9 * body.rest.positions[5]).norm(), 1e-14);
+    EXPECT_EQ(state.time, 0.5);
+    EXPECT_LT(relative_volume_change(body, state), -1e-4);
+}
+
+}  // namespace
+}  // namespace innerspring
