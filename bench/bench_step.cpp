@@ -1,4 +1,5 @@
-// Nanoseconds per vertex and step: sphere of 642, 10 242 and 163 842 vertices, paper's material, gravity and a patch load.
+// Nanoseconds per vertex and step: sphere of 642, 10 242 and 163 842 vertices, paper's material, gravity and
+// a patch load.
 //   bench_step --benchmark_out=step.csv --benchmark_out_format=csv
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -9,9 +10,9 @@
 #include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/weld.h"
 #include "innerspring/mesh/write.h"
-#include "innerspring/sim/stability.h"
 #include "innerspring/sim/equilibrium.h"
 #include "innerspring/sim/measure.h"
+#include "innerspring/sim/stability.h"
 #include "innerspring/sim/step.h"
 
 using namespace innerspring;
@@ -24,7 +25,10 @@ const Body& sphere_body(long vertices, bool free) {
     if (it == bodies.end()) {
         BodyOptions options;
         options.free = free;
-        it = bodies.emplace(std::pair(vertices, free), build_body(make_shape(fmt::format("icosphere:vertices={}", vertices)), {}, options)).first;
+        it = bodies
+                 .emplace(std::pair(vertices, free),
+                          build_body(make_shape(fmt::format("icosphere:vertices={}", vertices)), {}, options))
+                 .first;
     }
     return it->second;
 }
@@ -36,7 +40,9 @@ Loads press(const Body& body) {
 }
 
 void per_vertex(benchmark::State& b, const Body& body, double steps) {
-    b.counters["ns/vertex/step"] = benchmark::Counter(double(body.vertices()) * steps * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    b.counters["ns/vertex/step"] =
+        benchmark::Counter(double(body.vertices()) * steps * 1e-9,
+                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 /// One symplectic Euler sub-step per iteration.
@@ -78,7 +84,9 @@ void equilibrium(benchmark::State& b) {
 void build(benchmark::State& b) {
     const SurfaceMesh mesh = make_shape(fmt::format("icosphere:vertices={}", b.range(0)));
     for (auto _ : b) benchmark::DoNotOptimize(build_body(mesh));
-    b.counters["ns/vertex"] = benchmark::Counter(double(mesh.positions.size()) * 1e-9, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    b.counters["ns/vertex"] =
+        benchmark::Counter(double(mesh.positions.size()) * 1e-9,
+                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
 void volume_every_step(benchmark::State& b) {
@@ -96,9 +104,19 @@ void read_stl(benchmark::State& b) {
 
 }  // namespace
 
-BENCHMARK_CAPTURE(symplectic, held, false)->ArgsProduct({{642, 10242, 163842}, {1, 2}})->ArgNames({"vertices", "threads"})->UseRealTime();
-BENCHMARK_CAPTURE(symplectic, free, true)->ArgsProduct({{642, 10242, 163842}, {1, 2}})->ArgNames({"vertices", "threads"})->UseRealTime();
-BENCHMARK(implicit)->ArgsProduct({{642, 10242}, {1, 2}})->ArgNames({"vertices", "threads"})->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, held, false)
+    ->ArgsProduct({{642, 10242, 163842}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime();
+BENCHMARK_CAPTURE(symplectic, free, true)
+    ->ArgsProduct({{642, 10242, 163842}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime();
+BENCHMARK(implicit)
+    ->ArgsProduct({{642, 10242}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(equilibrium)->Arg(642)->Arg(10242)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(build)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(volume_every_step)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices");

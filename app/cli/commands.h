@@ -2,7 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 
-/// Adds a subcommand; when it is given, `run` returns the exit code: 0 done, 1 unstable or failed. Bad input throws (exit 2).
+/// Adds a subcommand; when it is given, `run` returns the exit code: 0 done, 1 unstable or failed. Bad input
+/// throws (exit 2).
 struct Command {
     CLI::App* app;
     std::function<int()> run;

@@ -23,26 +23,33 @@ struct Arguments {
 };
 
 void print_quartiles(std::string_view label, const Quartiles& q) {
-    fmt::print("  {:<24} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n", label, q.min, q.lower, q.median, q.upper, q.max);
+    fmt::print("  {:<24} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g} {:>11.4g}\n", label, q.min, q.lower,
+               q.median, q.upper, q.max);
 }
 
 void print(const EstimateReport& r) {
     const Estimate& e = r.estimate;
-    fmt::print("{}: {} vertices, {} triangles, scheme {}\n", r.mesh_name, r.vertices, r.triangles, to_string(r.scheme));
-    print_row("centre", fmt::format("{} at ({:.4g}, {:.4g}, {:.4g}) m: {}", to_string(r.centre.kind), r.centre.position.x(), r.centre.position.y(),
-                                    r.centre.position.z(), r.centre.reason));
-    print_row("volume, radius R", fmt::format("{:.6g} m^3, {:.6g} m", r.volume_m3, volume_radius(r.volume_m3)));
-    print_row("material", fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}", r.material_name, r.material.mass, r.material.young,
-                                      r.material.surface, r.material.damping));
+    fmt::print("{}: {} vertices, {} triangles, scheme {}\n", r.mesh_name, r.vertices, r.triangles,
+               to_string(r.scheme));
+    print_row("centre", fmt::format("{} at ({:.4g}, {:.4g}, {:.4g}) m: {}", to_string(r.centre.kind),
+                                    r.centre.position.x(), r.centre.position.y(), r.centre.position.z(),
+                                    r.centre.reason));
+    print_row("volume, radius R",
+              fmt::format("{:.6g} m^3, {:.6g} m", r.volume_m3, volume_radius(r.volume_m3)));
+    print_row("material",
+              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}", r.material_name,
+                          r.material.mass, r.material.young, r.material.surface, r.material.damping));
     print_row("M g/(E R^2), E_s/(E R)", fmt::format("{:.4g}, {:.4g}", r.groups.weight, r.groups.surface));
-    fmt::print("\n  {:<24} {:>11} {:>11} {:>11} {:>11} {:>11}\n", "", "min", "lower", "median", "upper", "max");
+    fmt::print("\n  {:<24} {:>11} {:>11} {:>11} {:>11} {:>11}\n", "", "min", "lower", "median", "upper",
+               "max");
     print_quartiles("m_i [kg]", e.m);
     print_quartiles("K_i [N/m]", e.K);
     print_quartiles("k_e [N/m]", e.k);
     print_quartiles("L_i [m]", e.L);
     fmt::print("\n");
     print_row("sum of m_i", fmt::format("{:.12g} kg (M = {:.12g} kg)", e.mass_sum, r.material.mass));
-    print_row("sum of K_i", fmt::format("{:.6g} N/m (theory, sum of E A_i/L_i: {:.6g} N/m)", e.stiffness_sum, e.stiffness_theory));
+    print_row("sum of K_i", fmt::format("{:.6g} N/m (theory, sum of E A_i/L_i: {:.6g} N/m)", e.stiffness_sum,
+                                        e.stiffness_theory));
     print_row("centre of mass shift", fmt::format("{:.3g} m from the volume centroid", e.mass_shift.norm()));
     print_row("sag under 9.81 m/s^2", fmt::format("{:.4g} m (M g R^2/(3 V E))", e.sag));
     print_row("largest stable step", fmt::format("{:.4g} s, explicit", r.largest_stable_step_s));
@@ -57,13 +64,24 @@ int run(const Arguments& a) {
     const Body& body = setup.body;
     print_notes(setup.notes, a.output.quiet);
 
-    const EstimateReport report{body.rest.name, body.vertices(), body.rest.triangles.size(), body.volume, body.scheme, body.centre, scene.material_name,
-                                body.material, dimensionless_groups(body, 9.81, 0), estimate(body), largest_stable_step(body), setup.notes};
+    const EstimateReport report{body.rest.name,
+                                body.vertices(),
+                                body.rest.triangles.size(),
+                                body.volume,
+                                body.scheme,
+                                body.centre,
+                                scene.material_name,
+                                body.material,
+                                dimensionless_groups(body, 9.81, 0),
+                                estimate(body),
+                                largest_stable_step(body),
+                                setup.notes};
     if (!a.csv.empty()) {
         std::string text = "vertex,x_m,y_m,z_m,L_m,m_kg,K_n_m,c_n_s_m\n";
         for (std::size_t i = 0; i < body.vertices(); ++i) {
             const Vector& q = body.rest.positions[i];
-            text += fmt::format("{},{},{},{},{},{},{},{}\n", i, q.x(), q.y(), q.z(), body.L[i], body.m[i], body.K[i], body.c[i]);
+            text += fmt::format("{},{},{},{},{},{},{},{}\n", i, q.x(), q.y(), q.z(), body.L[i], body.m[i],
+                                body.K[i], body.c[i]);
         }
         write_whole(a.csv, text);
     }
@@ -73,20 +91,24 @@ int run(const Arguments& a) {
                                       {"L_m", std::span<const double>(body.L)}};
         write_whole(a.vtp, to_vtp(body.rest.positions, body.rest.triangles, fields));
     }
-    if (a.output.json) fmt::print("{}", to_json(report));
-    else print(report);
+    if (a.output.json)
+        fmt::print("{}", to_json(report));
+    else
+        print(report);
     return 0;
 }
 
 }  // namespace
 
 Command add_estimate(CLI::App& program) {
-    CLI::App* app = program.add_subcommand("estimate", "Masses and springs of a surface, without simulating it");
+    CLI::App* app =
+        program.add_subcommand("estimate", "Masses and springs of a surface, without simulating it");
     auto a = std::make_shared<Arguments>();
     add_mesh_options(*app, a->mesh, "surface to estimate");
     add_body_options(*app, a->body);
     app->add_option("--csv", a->csv, "write one line per vertex")->type_name("FILE");
-    app->add_option("--vtp", a->vtp, "write the surface with m, K and L per vertex for ParaView")->type_name("FILE");
+    app->add_option("--vtp", a->vtp, "write the surface with m, K and L per vertex for ParaView")
+        ->type_name("FILE");
     add_output_options(*app, a->output);
     return {app, [a] { return run(*a); }};
 }

@@ -17,7 +17,8 @@ std::string suggestion(const CLI::App& program, int argc, char** argv) {
     for (const CLI::App* command : program.get_subcommands()) scope = command;
     for (const CLI::Option* option : scope->get_options())
         for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-    for (const CLI::App* command : scope->get_subcommands([](const CLI::App*) { return true; })) names.push_back(command->get_name());
+    for (const CLI::App* command : scope->get_subcommands([](const CLI::App*) { return true; }))
+        names.push_back(command->get_name());
     const std::vector<std::string_view> views(names.begin(), names.end());
     for (int n = 1; n < argc; ++n) {
         const std::string word = std::string(argv[n]).substr(0, std::string(argv[n]).find('='));
@@ -36,11 +37,12 @@ int main(int argc, char** argv) {
     program.set_version_flag("--version", std::string("innerspring ") + innerspring::version);
     program.require_subcommand(1);
     program.get_formatter()->column_width(34);
-    program.footer("Examples:\n"
-                   "  innerspring check organ.stl\n"
-                   "  innerspring estimate organ.stl --unit mm --material liver\n"
-                   "  innerspring simulate breast -o out --force 'near=[0,0,2], inward=0.05, radius=0.4'\n"
-                   "Exit code: 0 done, 1 unstable or failed, 2 bad input or usage.");
+    program.footer(
+        "Examples:\n"
+        "  innerspring check organ.stl\n"
+        "  innerspring estimate organ.stl --unit mm --material liver\n"
+        "  innerspring simulate breast -o out --force 'near=[0,0,2], inward=0.05, radius=0.4'\n"
+        "Exit code: 0 done, 1 unstable or failed, 2 bad input or usage.");
     const Command commands[] = {add_check(program), add_estimate(program), add_simulate(program)};
     try {
         program.parse(argc, argv);

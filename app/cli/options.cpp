@@ -14,27 +14,41 @@ using namespace innerspring;
 void add_mesh_options(CLI::App& app, MeshOptions& o, const std::string& mesh_help) {
     std::string shapes;
     for (std::string_view name : shape_names()) shapes += (shapes.empty() ? "" : ", ") + std::string(name);
-    app.add_option("mesh", o.mesh, mesh_help + "; a file (OBJ, STL, PLY, OFF) or a built-in shape: " + shapes +
-                                       ", e.g. sphere:vertices=2000,seed=1,irregularity=3")
+    app.add_option("mesh", o.mesh,
+                   mesh_help + "; a file (OBJ, STL, PLY, OFF) or a built-in shape: " + shapes +
+                       ", e.g. sphere:vertices=2000,seed=1,irregularity=3")
         ->required()
         ->type_name("MESH");
-    app.add_option("--unit", o.unit, "unit of the file's coordinates; without it a file is scaled to unit volume radius")->type_name("mm|cm|m");
-    app.add_flag("--normalize", o.normalize, "scale to unit volume radius (1 m), volume centroid at the origin");
-    app.add_option("--weld", o.weld, "merge vertices this near, in the unit of the file (default 0: equal coordinates)")->type_name("TOL");
+    app.add_option("--unit", o.unit,
+                   "unit of the file's coordinates; without it a file is scaled to unit volume radius")
+        ->type_name("mm|cm|m");
+    app.add_flag("--normalize", o.normalize,
+                 "scale to unit volume radius (1 m), volume centroid at the origin");
+    app.add_option("--weld", o.weld,
+                   "merge vertices this near, in the unit of the file (default 0: equal coordinates)")
+        ->type_name("TOL");
     app.add_option("--seed", o.seed, "seed of a built-in shape")->type_name("N");
 }
 
 void add_body_options(CLI::App& app, BodyArguments& o) {
     std::string names = "paper";
     for (const Tissue& t : tissues()) names += ", " + std::string(t.name);
-    app.add_option("--material", o.material, "published tissue values: " + names + " (default paper)")->type_name("NAME");
+    app.add_option("--material", o.material, "published tissue values: " + names + " (default paper)")
+        ->type_name("NAME");
     app.add_option("--mass", o.mass, "total mass M [kg] (default 0.05)")->type_name("KG");
     app.add_option("--density", o.density, "density [kg/m^3], instead of --mass")->type_name("KG/M3");
     app.add_option("--young", o.young, "modulus E of the inner volume [Pa] (default 10)")->type_name("PA");
-    app.add_option("--surface", o.surface, "surface modulus E_s = modulus x thickness [N/m] (default 1)")->type_name("N/M");
-    app.add_option("--damping", o.damping, "damping ratio zeta of each inner spring; 1 is critical (default 1)")->type_name("Z");
-    app.add_option("--scheme", o.scheme, "A: regular; B: irregular masses, regular springs; C: the paper's proposal (default C)")->type_name("A|B|C");
-    app.add_option("--centre,--center", o.centre, "centre of the virtual tetrahedra: auto, centroid, kernel, local or X,Y,Z [m] (default auto)")
+    app.add_option("--surface", o.surface, "surface modulus E_s = modulus x thickness [N/m] (default 1)")
+        ->type_name("N/M");
+    app.add_option("--damping", o.damping,
+                   "damping ratio zeta of each inner spring; 1 is critical (default 1)")
+        ->type_name("Z");
+    app.add_option("--scheme", o.scheme,
+                   "A: regular; B: irregular masses, regular springs; C: the paper's proposal (default C)")
+        ->type_name("A|B|C");
+    app.add_option(
+           "--centre,--center", o.centre,
+           "centre of the virtual tetrahedra: auto, centroid, kernel, local or X,Y,Z [m] (default auto)")
         ->type_name("CENTRE");
 }
 
@@ -49,8 +63,10 @@ void apply(const MeshOptions& o, Scene& scene) {
     if (o.weld) scene.weld = *o.weld;
     if (o.seed) {
         if (!is_shape(scene.mesh)) throw InputError("--seed: only built-in shapes have one");
-        if (scene.mesh.find("seed=") != std::string::npos) throw InputError("--seed: the shape already names its seed");
-        scene.mesh += fmt::format("{}seed={}", scene.mesh.find(':') == std::string::npos ? ":" : ",", *o.seed);
+        if (scene.mesh.find("seed=") != std::string::npos)
+            throw InputError("--seed: the shape already names its seed");
+        scene.mesh +=
+            fmt::format("{}seed={}", scene.mesh.find(':') == std::string::npos ? ":" : ",", *o.seed);
     }
 }
 
@@ -74,7 +90,8 @@ Vector parse_vector(const std::string& text, const char* option) {
     const char *p = text.data(), *end = p + text.size();
     for (int axis = 0; axis < 3; ++axis) {
         const auto [next, error] = std::from_chars(p, end, v[axis]);
-        if (error != std::errc() || !std::isfinite(v[axis]) || (axis < 2 ? next == end || *next != ',' : next != end))
+        if (error != std::errc() || !std::isfinite(v[axis]) ||
+            (axis < 2 ? next == end || *next != ',' : next != end))
             throw InputError(fmt::format("{} '{}': expected X,Y,Z", option, text));
         p = next + 1;
     }
@@ -86,4 +103,6 @@ void print_notes(const std::vector<std::string>& notes, bool quiet) {
     for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);
 }
 
-void print_row(std::string_view label, const std::string& value) { fmt::print("  {:<24} {}\n", label, value); }
+void print_row(std::string_view label, const std::string& value) {
+    fmt::print("  {:<24} {}\n", label, value);
+}

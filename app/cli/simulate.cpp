@@ -30,31 +30,43 @@ struct Arguments {
 std::atomic<bool> interrupted{false};
 
 void show(const Progress& p) {
-    fmt::print(stderr, "\r{:3.0f} %  volume {:+.4f} %  {:.0f} s left ", 100 * p.share, p.volume_variation_percent, p.seconds_left);
+    fmt::print(stderr, "\r{:3.0f} %  volume {:+.4f} %  {:.0f} s left ", 100 * p.share,
+               p.volume_variation_percent, p.seconds_left);
     std::fflush(stderr);
 }
 
 void print(const Summary& s, const std::string& directory) {
-    fmt::print("{}: {} vertices, {} triangles, scheme {}, {:.6g} m^3\n", s.mesh_name, s.vertices, s.triangles, to_string(s.scheme), s.volume_m3);
+    fmt::print("{}: {} vertices, {} triangles, scheme {}, {:.6g} m^3\n", s.mesh_name, s.vertices, s.triangles,
+               to_string(s.scheme), s.volume_m3);
     print_row("centre", fmt::format("{}: {}", to_string(s.centre.kind), s.centre.reason));
-    print_row("material", fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}", s.material_name, s.material.mass, s.material.young,
-                                      s.material.surface, s.material.damping));
-    print_row("M g/ER^2, E_s/ER, F/ER^2", fmt::format("{:.4g}, {:.4g}, {:.4g}", s.groups.weight, s.groups.surface, s.groups.force));
-    print_row("time", fmt::format("{:.6g} s in {} steps of {:g} s ({}, {} sub-steps)", s.duration_s, s.steps, s.dt_s, to_string(s.integrator), s.substeps));
-    print_row("volume variation", fmt::format("final {:+.5f} %, largest {:.5f} %, mean {:.5f} %", s.volume_variation_percent.final,
-                                              s.volume_variation_percent.max, s.volume_variation_percent.mean));
+    print_row("material",
+              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}", s.material_name,
+                          s.material.mass, s.material.young, s.material.surface, s.material.damping));
+    print_row("M g/ER^2, E_s/ER, F/ER^2",
+              fmt::format("{:.4g}, {:.4g}, {:.4g}", s.groups.weight, s.groups.surface, s.groups.force));
+    print_row("time", fmt::format("{:.6g} s in {} steps of {:g} s ({}, {} sub-steps)", s.duration_s, s.steps,
+                                  s.dt_s, to_string(s.integrator), s.substeps));
+    print_row(
+        "volume variation",
+        fmt::format("final {:+.5f} %, largest {:.5f} %, mean {:.5f} %", s.volume_variation_percent.final,
+                    s.volume_variation_percent.max, s.volume_variation_percent.mean));
     const Vector &mean = s.last.mean_displacement, &spread = s.last.std_displacement;
     print_row("displacement, mean", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", mean.x(), mean.y(), mean.z()));
-    print_row("displacement, spread", fmt::format("({:.4g}, {:.4g}, {:.4g}) m, largest {:.4g} m", spread.x(), spread.y(), spread.z(), s.last.max_displacement));
-    print_row("equilibrium", fmt::format("{} (largest force left {:.3g} N)", s.equilibrium_reached ? "reached" : "not reached", s.residual_n));
-    print_row("speed", fmt::format("{:.3g} s, {:.3g} ns per vertex and step", s.seconds, s.ns_per_vertex_step));
+    print_row("displacement, spread", fmt::format("({:.4g}, {:.4g}, {:.4g}) m, largest {:.4g} m", spread.x(),
+                                                  spread.y(), spread.z(), s.last.max_displacement));
+    print_row("equilibrium", fmt::format("{} (largest force left {:.3g} N)",
+                                         s.equilibrium_reached ? "reached" : "not reached", s.residual_n));
+    print_row("speed",
+              fmt::format("{:.3g} s, {:.3g} ns per vertex and step", s.seconds, s.ns_per_vertex_step));
     print_row("written to", directory);
 }
 
 int run(const Arguments& a) {
     Scene scene;
-    if (a.mesh.mesh.ends_with(".toml")) scene = read_scene(a.mesh.mesh);
-    else scene.mesh = a.mesh.mesh;
+    if (a.mesh.mesh.ends_with(".toml"))
+        scene = read_scene(a.mesh.mesh);
+    else
+        scene.mesh = a.mesh.mesh;
     apply(a.mesh, scene);
     apply(a.body, scene);
     if (a.gravity) scene.gravity = parse_vector(*a.gravity, "--gravity");
@@ -80,10 +92,13 @@ int run(const Arguments& a) {
     if (terminal) fmt::print(stderr, "\r{:60}\r", "");
 
     print_notes(summary.warnings, a.output.quiet);
-    if (a.output.json) fmt::print("{}", to_json(summary));
-    else print(summary, a.directory);
+    if (a.output.json)
+        fmt::print("{}", to_json(summary));
+    else
+        print(summary, a.directory);
     if (summary.stopped) {
-        fmt::print(stderr, "innerspring: interrupted at t = {:g} s; go on with --resume\n", summary.duration_s);
+        fmt::print(stderr, "innerspring: interrupted at t = {:g} s; go on with --resume\n",
+                   summary.duration_s);
         return 1;
     }
     if (!summary.failure.empty()) {
@@ -103,20 +118,34 @@ Command add_simulate(CLI::App& program) {
     add_body_options(*app, a->body);
     app->add_option("--gravity", a->gravity, "acceleration [m/s^2] (default 0,-9.81,0)")->type_name("X,Y,Z");
     app->add_option("--force", a->forces,
-                    "a force, as in a scene: 'near=[x,y,z] or vertex=N, inward=F or newton=[x,y,z], radius=R, start=T, end=T, ramp=T' [m, N, s]; repeatable")
+                    "a force, as in a scene: 'near=[x,y,z] or vertex=N, inward=F or newton=[x,y,z], "
+                    "radius=R, start=T, end=T, ramp=T' [m, N, s]; repeatable")
         ->type_name("SPEC");
-    app->add_option("--pin", a->pins, "held or moved vertices: 'near=[x,y,z], radius=R' or 'vertices=[i,j]', path=[[t,dx,dy,dz],...]; repeatable")
+    app->add_option("--pin", a->pins,
+                    "held or moved vertices: 'near=[x,y,z], radius=R' or 'vertices=[i,j]', "
+                    "path=[[t,dx,dy,dz],...]; repeatable")
         ->type_name("SPEC");
     app->add_option("--duration", a->duration, "time to simulate [s] (default 2)")->type_name("S");
-    app->add_option("--dt", a->dt, "time step [s], sub-stepped as stability needs (default 0.01)")->type_name("S");
-    app->add_option("--integrator", a->integrator, "auto, symplectic or implicit (default auto)")->type_name("NAME");
+    app->add_option("--dt", a->dt, "time step [s], sub-stepped as stability needs (default 0.01)")
+        ->type_name("S");
+    app->add_option("--integrator", a->integrator, "auto, symplectic or implicit (default auto)")
+        ->type_name("NAME");
     app->add_flag("--equilibrium", a->equilibrium, "solve for the balance of forces instead of stepping");
-    app->add_option("--residual", a->residual, "largest force left in equilibrium [N] (default 1e-9 of the loads)")->type_name("N");
+    app->add_option("--residual", a->residual,
+                    "largest force left in equilibrium [N] (default 1e-9 of the loads)")
+        ->type_name("N");
     app->add_flag("--free", a->free, "not held: the home positions follow the body");
-    app->add_option("--every", a->every, "write a frame each so many steps; 0: first and last only (default 10)")->type_name("N");
-    app->add_flag("--resume", a->resume, "go on from the state saved in DIR, to a longer --duration if given");
-    app->add_option("--threads", a->threads, "threads, 0 for all cores; the result does not depend on it (default 1)")->type_name("N");
+    app->add_option("--every", a->every,
+                    "write a frame each so many steps; 0: first and last only (default 10)")
+        ->type_name("N");
+    app->add_flag("--resume", a->resume,
+                  "go on from the state saved in DIR, to a longer --duration if given");
+    app->add_option("--threads", a->threads,
+                    "threads, 0 for all cores; the result does not depend on it (default 1)")
+        ->type_name("N");
     add_output_options(*app, a->output);
-    app->footer("Writes summary.json, series.csv, frames.pvd with frames/*.vtp (open in ParaView), volume.svg, picture.png and scene.resolved.toml.");
+    app->footer(
+        "Writes summary.json, series.csv, frames.pvd with frames/*.vtp (open in ParaView), volume.svg, "
+        "picture.png and scene.resolved.toml.");
     return {app, [a] { return run(*a); }};
 }

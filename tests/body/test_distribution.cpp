@@ -95,7 +95,8 @@ TEST(Distribution, LocalCentresGiveTheSphereBack) {
     }
 }
 
-// K_i = s E A_i / L_i, L_i = d/2: the column times the factor that makes the virtual volumes add up, 3 in a wide slab.
+// K_i = s E A_i / L_i, L_i = d/2: the column times the factor that makes the virtual volumes add up, 3 in a
+// wide slab.
 TEST(Distribution, LocalCentresGiveASlabItsColumns) {
     const double d = 0.25;
     const SurfaceMesh mesh = box({2, 2, d}, 0.1);

@@ -35,15 +35,16 @@ TEST(Estimate, ThePapersSphereSinksByFourMillimetres) {
     EXPECT_LT(e.mass_shift.norm(), 1e-9) << "an icosphere is symmetric";
 }
 
-// Sum of E A_i / L_i: about the centroid springs lean and are weaker than columns; about local centres they are stronger by the factor
-// that makes the virtual volumes add up.
+// Sum of E A_i / L_i: about the centroid springs lean and are weaker than columns; about local centres they
+// are stronger by the factor that makes the virtual volumes add up.
 TEST(Estimate, StiffnessAgainstThatOfColumns) {
     const Body body = make_body("torus:vertices=1500");
     const std::vector<double> A = vertex_areas(body.rest.positions, body.rest.triangles);
     double unscaled = 0;
     for (std::size_t i = 0; i < A.size(); ++i) unscaled += A[i] * body.L[i] / 3;
     const Estimate torus = estimate(body);
-    EXPECT_NEAR(torus.stiffness_sum, body.volume / unscaled * torus.stiffness_theory, 0.03 * torus.stiffness_sum);
+    EXPECT_NEAR(torus.stiffness_sum, body.volume / unscaled * torus.stiffness_theory,
+                0.03 * torus.stiffness_sum);
     const Estimate ellipsoid = estimate(make_body("ellipsoid:vertices=1500"));
     EXPECT_LT(ellipsoid.stiffness_sum, ellipsoid.stiffness_theory);
 }

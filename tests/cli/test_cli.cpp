@@ -17,7 +17,8 @@ struct Output {
 
 /// Runs the program with standard output, or (errors = true) standard error, caught.
 Output innerspring(const std::string& arguments, bool errors = false) {
-    const std::string command = fmt::format("{} {} {}", INNERSPRING_PROGRAM, arguments, errors ? "2>&1 >/dev/null" : "2>/dev/null");
+    const std::string command =
+        fmt::format("{} {} {}", INNERSPRING_PROGRAM, arguments, errors ? "2>&1 >/dev/null" : "2>/dev/null");
     FILE* pipe = popen(command.c_str(), "r");
     Output out{0, ""};
     char buffer[4096];
@@ -54,7 +55,8 @@ TEST(Cli, HelpNamesUnitsAndDefaults) {
         EXPECT_NE(out.text.find("Usage"), std::string::npos);
     }
     const std::string help = innerspring("simulate --help").text;
-    for (const char* word : {"[kg]", "[Pa]", "[N/m]", "default 0.01", "--resume", "liver"}) EXPECT_NE(help.find(word), std::string::npos) << word;
+    for (const char* word : {"[kg]", "[Pa]", "[N/m]", "default 0.01", "--resume", "liver"})
+        EXPECT_NE(help.find(word), std::string::npos) << word;
     EXPECT_EQ(innerspring("--version").text, "innerspring 0.1.0\n");
 }
 
@@ -80,18 +82,54 @@ TEST(Cli, UsageErrorsSayWhatWasMeant) {
 
 TEST(Cli, CheckAsJsonHasItsKeys) {
     const auto j = json("check torus --json");
-    expect_keys(j, {"/version", "/mesh/name", "/mesh/vertices", "/mesh/triangles", "/mesh/volume_m3", "/verdict", "/edges", "/components", "/genus",
-                    "/area_m2", "/centroid_m", "/bounding_box_m/lower", "/edge_length_m/mean", "/negative_tetrahedra/by_count", "/self_intersections",
-                    "/findings/0/what", "/findings/0/verdict", "/findings/0/count", "/findings/0/first", "/findings/0/advice"});
+    expect_keys(j, {"/version",
+                    "/mesh/name",
+                    "/mesh/vertices",
+                    "/mesh/triangles",
+                    "/mesh/volume_m3",
+                    "/verdict",
+                    "/edges",
+                    "/components",
+                    "/genus",
+                    "/area_m2",
+                    "/centroid_m",
+                    "/bounding_box_m/lower",
+                    "/edge_length_m/mean",
+                    "/negative_tetrahedra/by_count",
+                    "/self_intersections",
+                    "/findings/0/what",
+                    "/findings/0/verdict",
+                    "/findings/0/count",
+                    "/findings/0/first",
+                    "/findings/0/advice"});
     EXPECT_EQ(j["genus"], 1);
 }
 
 TEST(Cli, EstimateAsJsonHasItsKeysAndFiles) {
     TemporaryFolder folder("estimate");
-    const auto j = json(fmt::format("estimate icosphere:vertices=162 --json --csv {0}/a.csv --vtp {0}/a.vtp", folder.path.string()));
-    expect_keys(j, {"/version", "/mesh/name", "/scheme", "/centre/kind", "/centre/position_m", "/centre/reason", "/material/mass_kg", "/groups/weight",
-                    "/groups/surface", "/m_kg/min", "/K_n_m/lower", "/k_n_m/median", "/L_m/upper", "/L_m/max", "/mass_sum_kg", "/stiffness_sum_n_m",
-                    "/stiffness_theory_n_m", "/mass_shift_m", "/sag_m", "/largest_stable_step_s", "/warnings"});
+    const auto j = json(fmt::format("estimate icosphere:vertices=162 --json --csv {0}/a.csv --vtp {0}/a.vtp",
+                                    folder.path.string()));
+    expect_keys(j, {"/version",
+                    "/mesh/name",
+                    "/scheme",
+                    "/centre/kind",
+                    "/centre/position_m",
+                    "/centre/reason",
+                    "/material/mass_kg",
+                    "/groups/weight",
+                    "/groups/surface",
+                    "/m_kg/min",
+                    "/K_n_m/lower",
+                    "/k_n_m/median",
+                    "/L_m/upper",
+                    "/L_m/max",
+                    "/mass_sum_kg",
+                    "/stiffness_sum_n_m",
+                    "/stiffness_theory_n_m",
+                    "/mass_shift_m",
+                    "/sag_m",
+                    "/largest_stable_step_s",
+                    "/warnings"});
     EXPECT_NEAR(j["mass_sum_kg"].get<double>(), 0.05, 1e-15);
     const std::string csv = content(folder.path / "a.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 163);
@@ -101,12 +139,38 @@ TEST(Cli, EstimateAsJsonHasItsKeysAndFiles) {
 TEST(Cli, SimulateAsJsonHasItsKeysAndEqualsItsSummary) {
     TemporaryFolder folder("simulate");
     const std::string out = folder.path.string();
-    const auto j = json(fmt::format("simulate sphere:vertices=200 -o {} --duration 0.1 --json --threads 2", out));
-    expect_keys(j, {"/version", "/mesh/name", "/mesh/vertices", "/mesh/triangles", "/mesh/volume_m3", "/scheme", "/centre/kind", "/centre/position_m",
-                    "/centre/reason", "/material/young_pa", "/groups/weight", "/groups/force", "/integrator", "/dt_s", "/substeps", "/duration_s",
-                    "/volume_variation_percent/final", "/volume_variation_percent/max", "/volume_variation_percent/mean", "/max_displacement_m",
-                    "/displacement_mean_m/2", "/displacement_std_m/2", "/energy/kinetic_j", "/equilibrium/reached", "/equilibrium/residual_n", "/steps",
-                    "/seconds", "/ns_per_vertex_step", "/state_hash", "/warnings"});
+    const auto j =
+        json(fmt::format("simulate sphere:vertices=200 -o {} --duration 0.1 --json --threads 2", out));
+    expect_keys(j, {"/version",
+                    "/mesh/name",
+                    "/mesh/vertices",
+                    "/mesh/triangles",
+                    "/mesh/volume_m3",
+                    "/scheme",
+                    "/centre/kind",
+                    "/centre/position_m",
+                    "/centre/reason",
+                    "/material/young_pa",
+                    "/groups/weight",
+                    "/groups/force",
+                    "/integrator",
+                    "/dt_s",
+                    "/substeps",
+                    "/duration_s",
+                    "/volume_variation_percent/final",
+                    "/volume_variation_percent/max",
+                    "/volume_variation_percent/mean",
+                    "/max_displacement_m",
+                    "/displacement_mean_m/2",
+                    "/displacement_std_m/2",
+                    "/energy/kinetic_j",
+                    "/equilibrium/reached",
+                    "/equilibrium/residual_n",
+                    "/steps",
+                    "/seconds",
+                    "/ns_per_vertex_step",
+                    "/state_hash",
+                    "/warnings"});
     EXPECT_EQ(j, nlohmann::json::parse(content(folder.path / "summary.json")));
     EXPECT_EQ(j["duration_s"], 0.1);
     const auto again = json(fmt::format("simulate sphere:vertices=200 -o {} --duration 0.1 --json", out));
@@ -115,13 +179,17 @@ TEST(Cli, SimulateAsJsonHasItsKeysAndEqualsItsSummary) {
 
 TEST(Cli, AnEmptyRunIsARun) {
     TemporaryFolder folder("empty");
-    const auto j = json(fmt::format("simulate sphere:vertices=100 -o {} --duration 0 --json", folder.path.string()));
+    const auto j =
+        json(fmt::format("simulate sphere:vertices=100 -o {} --duration 0 --json", folder.path.string()));
     EXPECT_EQ(j["steps"], 0);
 }
 
 TEST(Cli, ABlowUpExitsWithOneAndOneLine) {
     TemporaryFolder folder("cli-blowup");
-    const Output out = innerspring(fmt::format("simulate sphere:vertices=100 -o {} --quiet --force 'vertex=0, inward=1e300'", folder.path.string()), true);
+    const Output out =
+        innerspring(fmt::format("simulate sphere:vertices=100 -o {} --quiet --force 'vertex=0, inward=1e300'",
+                                folder.path.string()),
+                    true);
     EXPECT_EQ(out.code, 1);
     EXPECT_EQ(std::count(out.text.begin(), out.text.end(), '\n'), 1) << out.text;
     EXPECT_NE(out.text.find("vertex"), std::string::npos);
@@ -129,7 +197,8 @@ TEST(Cli, ABlowUpExitsWithOneAndOneLine) {
 
 TEST(Cli, ScenesRunAndErrorsNameTheLine) {
     TemporaryFolder folder("scene");
-    std::ofstream(folder.path / "good.toml") << "mesh = 'sphere:vertices=100'\n[simulation]\nduration_s = 0.05\n";
+    std::ofstream(folder.path / "good.toml")
+        << "mesh = 'sphere:vertices=100'\n[simulation]\nduration_s = 0.05\n";
     std::ofstream(folder.path / "bad.toml") << "mesh = 'sphere'\n[material]\nyoung = 3\n";
     const std::string at = folder.path.string();
     EXPECT_EQ(json(fmt::format("simulate {0}/good.toml -o {0}/out --json", at))["steps"], 5);
@@ -140,7 +209,8 @@ TEST(Cli, ScenesRunAndErrorsNameTheLine) {
 TEST(Cli, FixMakesABrokenMeshWhole) {
     TemporaryFolder folder("fix");
     // A tetrahedron with one triangle turned round, a duplicate and an unused vertex.
-    std::ofstream(folder.path / "bad.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nf 1 3 2\nf 1 4 2\nf 1 4 3\nf 2 3 4\nf 2 3 4\n";
+    std::ofstream(folder.path / "bad.obj")
+        << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 9 9 9\nf 1 3 2\nf 1 4 2\nf 1 4 3\nf 2 3 4\nf 2 3 4\n";
     const std::string at = folder.path.string();
     expect_refused(fmt::format("simulate {0}/bad.obj -o {0}/out", at), "--fix");
     EXPECT_EQ(innerspring(fmt::format("check {0}/bad.obj --fix -o {0}/good.off", at)).code, 0);
@@ -153,19 +223,23 @@ TEST(Cli, BrokenRealMeshesAreRefusedWithTheElementNamed) {
     if (!std::filesystem::exists(meshes)) GTEST_SKIP() << "no real meshes beside the checkout";
     TemporaryFolder folder("real");
     for (const char* file : {"dragon.stl", "suzanne.obj"}) {
-        expect_refused(fmt::format("simulate {}/{} -o {}", meshes.string(), file, folder.path.string()), "edge ");
+        expect_refused(fmt::format("simulate {}/{} -o {}", meshes.string(), file, folder.path.string()),
+                       "edge ");
         EXPECT_EQ(innerspring(fmt::format("check {}/{}", meshes.string(), file)).code, 1);
     }
 }
 
-// Law: under the paper's gravity scheme C keeps the volume to 0.03 % throughout, on shapes and on real meshes.
+// Law: under the paper's gravity scheme C keeps the volume to 0.03 % throughout, on shapes and on real
+// meshes.
 TEST(Cli, GravityKeepsTheVolumeOfShapesAndRealMeshes) {
     TemporaryFolder folder("gravity");
     std::vector<std::string> meshes{"sphere", "breast", "ellipsoid", "organ"};
     if (const std::filesystem::path real = SHARED_MESHES; std::filesystem::exists(real))
-        for (const char* file : {"liver.obj", "liver2.obj", "Bunny.stl", "torus.obj", "spot.obj"}) meshes.push_back((real / file).string());
+        for (const char* file : {"liver.obj", "liver2.obj", "Bunny.stl", "torus.obj", "spot.obj"})
+            meshes.push_back((real / file).string());
     for (const std::string& mesh : meshes) {
-        const auto j = json(fmt::format("simulate {} -o {} --duration 0.5 --normalize --json --every 0", mesh, folder.path.string()));
+        const auto j = json(fmt::format("simulate {} -o {} --duration 0.5 --normalize --json --every 0", mesh,
+                                        folder.path.string()));
         EXPECT_LE(j["volume_variation_percent"]["max"].get<double>(), 0.03) << mesh;
         EXPECT_GT(j["max_displacement_m"].get<double>(), 1e-4) << mesh;
     }

@@ -48,7 +48,8 @@ TEST(Run, WritesEveryFileAndTheyAgree) {
     EXPECT_EQ(s.failure, "");
     EXPECT_EQ(s.steps, 30u);
     EXPECT_DOUBLE_EQ(s.duration_s, 0.3);
-    for (const char* file : {"summary.json", "series.csv", "frames.pvd", "picture.png", "scene.resolved.toml", "state.bin"})
+    for (const char* file :
+         {"summary.json", "series.csv", "frames.pvd", "picture.png", "scene.resolved.toml", "state.bin"})
         EXPECT_GT(std::filesystem::file_size(folder.path / file), 100u) << file;
     // A frame at steps 0, 7, 14, 21, 28 and the last.
     const std::string pvd = content(folder.path / "frames.pvd");
@@ -59,8 +60,11 @@ TEST(Run, WritesEveryFileAndTheyAgree) {
     }
     const std::string csv = content(folder.path / "series.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 32);  // header, start, 30 steps
-    EXPECT_TRUE(csv.starts_with("time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m,force_finger_n\n"));
-    EXPECT_NE(content(folder.path / "summary.json").find(fmt::format("{:016x}", s.state_hash)), std::string::npos);
+    EXPECT_TRUE(
+        csv.starts_with("time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_"
+                        "displacement_m,force_finger_n\n"));
+    EXPECT_NE(content(folder.path / "summary.json").find(fmt::format("{:016x}", s.state_hash)),
+              std::string::npos);
     // Nothing half-written is left behind.
     for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path))
         EXPECT_EQ(entry.path().string().find(".tmp"), std::string::npos) << entry.path();
@@ -90,7 +94,8 @@ TEST(Run, ResumedRunsGiveTheSameBitsAsOnesThatWentOn) {
             EXPECT_EQ(through.state_hash, resumed.state_hash) << free;
             EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
             EXPECT_EQ(content(whole.path / "frames.pvd"), content(parts.path / "frames.pvd"));
-            EXPECT_EQ(content(whole.path / "frames/frame_00000028.vtp"), content(parts.path / "frames/frame_00000028.vtp"));
+            EXPECT_EQ(content(whole.path / "frames/frame_00000028.vtp"),
+                      content(parts.path / "frames/frame_00000028.vtp"));
         }
 }
 
@@ -137,20 +142,26 @@ TEST(Run, StoppingSavesAndResumesToTheSameBits) {
 TEST(Run, ResumeRefusesWhatIsNotItsOwn) {
     TemporaryFolder folder("refuse");
     Scene scene = pushed_sphere();
-    EXPECT_NE(message([&] { run(scene, {.directory = folder.path, .resume = true}); }).find("no saved state"), std::string::npos);
+    EXPECT_NE(message([&] { run(scene, {.directory = folder.path, .resume = true}); }).find("no saved state"),
+              std::string::npos);
     run(scene, {.directory = folder.path});
     Scene other = scene;
     other.material.young = 11;
-    EXPECT_NE(message([&] { run(other, {.directory = folder.path, .resume = true}); }).find("another scene"), std::string::npos);
+    EXPECT_NE(message([&] { run(other, {.directory = folder.path, .resume = true}); }).find("another scene"),
+              std::string::npos);
     other = scene;
     other.mesh = "sphere:vertices=300";
-    EXPECT_NE(message([&] { run(other, {.directory = folder.path, .resume = true}); }).find("state.bin"), std::string::npos);
+    EXPECT_NE(message([&] { run(other, {.directory = folder.path, .resume = true}); }).find("state.bin"),
+              std::string::npos);
     std::string bytes = content(folder.path / "state.bin");
     bytes[bytes.size() / 2] ^= 1;
     write_whole(folder.path / "state.bin", bytes);
-    EXPECT_NE(message([&] { run(scene, {.directory = folder.path, .resume = true}); }).find("checksum"), std::string::npos);
+    EXPECT_NE(message([&] { run(scene, {.directory = folder.path, .resume = true}); }).find("checksum"),
+              std::string::npos);
     write_whole(folder.path / "state.bin", "nonsense");
-    EXPECT_NE(message([&] { run(scene, {.directory = folder.path, .resume = true}); }).find("not a saved state"), std::string::npos);
+    EXPECT_NE(
+        message([&] { run(scene, {.directory = folder.path, .resume = true}); }).find("not a saved state"),
+        std::string::npos);
 }
 
 TEST(Run, ABlowUpKeepsTheLastGoodStateAndSaysWhere) {
@@ -214,10 +225,13 @@ TEST(Series, ReadsBackToTheSameBits) {
     for (Measures& r : rows) r.force = {std::sqrt(2.0)};
     write_whole(folder.path / "series.csv", to_csv(rows, loads));
     EXPECT_EQ(to_csv(read_series(folder.path / "series.csv", 3, loads), loads), to_csv(rows, loads));
-    EXPECT_NE(message([&] { read_series(folder.path / "series.csv", 4, loads); }).find("3 rows"), std::string::npos);
-    EXPECT_NE(message([&] { read_series(folder.path / "series.csv", 3, {}); }).find("cannot be resumed"), std::string::npos);
+    EXPECT_NE(message([&] { read_series(folder.path / "series.csv", 4, loads); }).find("3 rows"),
+              std::string::npos);
+    EXPECT_NE(message([&] { read_series(folder.path / "series.csv", 3, {}); }).find("cannot be resumed"),
+              std::string::npos);
     write_whole(folder.path / "series.csv", to_csv(rows, loads) + "1,2,x\n");
-    EXPECT_NE(message([&] { read_series(folder.path / "series.csv", 4, loads); }).find(":5:"), std::string::npos);
+    EXPECT_NE(message([&] { read_series(folder.path / "series.csv", 4, loads); }).find(":5:"),
+              std::string::npos);
 }
 
 TEST(Setup, UnitsScaleAndUnknownSizesAreNormalized) {

@@ -11,7 +11,9 @@
 
 namespace innerspring {
 
-std::string_view to_string(Scheme scheme) { return scheme == Scheme::A ? "A" : scheme == Scheme::B ? "B" : "C"; }
+std::string_view to_string(Scheme scheme) {
+    return scheme == Scheme::A ? "A" : scheme == Scheme::B ? "B" : "C";
+}
 
 Scheme parse_scheme(std::string_view text) {
     if (text == "A" || text == "a") return Scheme::A;
@@ -25,19 +27,24 @@ namespace {
 /// A centre is taken by itself only if every vertex keeps this share of a full-height spring and mass.
 constexpr double positive_margin = 0.05;
 
-std::string coordinates(const Vector& p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z()); }
+std::string coordinates(const Vector& p) {
+    return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x(), p.y(), p.z());
+}
 
 void require_positive(const SurfaceMesh& mesh, const Distribution& d, std::string_view centre) {
     const LeastPositive least = least_positive(mesh, d);
     if (least.count == 0 && least.value > 0) return;
-    throw InputError(fmt::format(
-        "{}: about the {} centre, {} of {} vertices get a mass or stiffness that is not positive (the worst is vertex {} at {}); "
-        "use --centre local or auto", mesh.name, centre, std::max<std::size_t>(least.count, 1), mesh.positions.size(), least.vertex,
-        coordinates(mesh.positions[least.vertex])));
+    throw InputError(
+        fmt::format("{}: about the {} centre, {} of {} vertices get a mass or stiffness that is not positive "
+                    "(the worst is vertex {} at {}); "
+                    "use --centre local or auto",
+                    mesh.name, centre, std::max<std::size_t>(least.count, 1), mesh.positions.size(),
+                    least.vertex, coordinates(mesh.positions[least.vertex])));
 }
 
 /// docs/physics.md, section 2.
-Distribution choose_centre(const SurfaceMesh& mesh, double radius, const CentreOption& option, Centre& centre) {
+Distribution choose_centre(const SurfaceMesh& mesh, double radius, const CentreOption& option,
+                           Centre& centre) {
     const Vector centroid = volume_centroid(mesh.positions, mesh.triangles);
     centre = {option.kind, centroid, ""};
     switch (option.kind) {
@@ -52,37 +59,46 @@ Distribution choose_centre(const SurfaceMesh& mesh, double radius, const CentreO
         case CentreKind::kernel: {
             const auto point = kernel_point(mesh, centroid, 1e-6 * radius);
             if (!point)
-                throw InputError(fmt::format("{}: not star-shaped, so there is no kernel to put the centre in; use --centre local or auto",
-                                             mesh.name));
+                throw InputError(
+                    fmt::format("{}: not star-shaped, so there is no kernel to put the centre in; use "
+                                "--centre local or auto",
+                                mesh.name));
             centre.position = *point;
             centre.reason = "asked for";
             Distribution d = distribute_about(mesh, *point);
             require_positive(mesh, d, "kernel");
             return d;
         }
-        case CentreKind::local: centre.reason = "asked for"; return distribute_locally(mesh);
-        case CentreKind::automatic: break;
+        case CentreKind::local:
+            centre.reason = "asked for";
+            return distribute_locally(mesh);
+        case CentreKind::automatic:
+            break;
     }
 
     Distribution d = distribute_about(mesh, centroid);
     const LeastPositive about_centroid = least_positive(mesh, d);
     if (about_centroid.value >= positive_margin) {
         centre.kind = CentreKind::centroid;
-        centre.reason = fmt::format("every mass and stiffness about the centroid is positive (least {:.2f} of full height)",
-                                    about_centroid.value);
+        centre.reason = fmt::format(
+            "every mass and stiffness about the centroid is positive (least {:.2f} of full height)",
+            about_centroid.value);
         return d;
     }
-    const std::string why = fmt::format("about the centroid {} of {} vertices are not positive by a margin of {} (least {:.2f}, vertex {})",
-                                        about_centroid.count, mesh.positions.size(), positive_margin, about_centroid.value,
-                                        about_centroid.vertex);
-    // The nearest point lies on the kernel's border; deeper ones are farther from the centroid but give fuller springs.
+    const std::string why = fmt::format(
+        "about the centroid {} of {} vertices are not positive by a margin of {} (least {:.2f}, vertex {})",
+        about_centroid.count, mesh.positions.size(), positive_margin, about_centroid.value,
+        about_centroid.vertex);
+    // The nearest point lies on the kernel's border; deeper ones are farther from the centroid but give
+    // fuller springs.
     for (double depth : {0.02, 0.05, 0.1, 0.2}) {
         const auto point = kernel_point(mesh, centroid, depth * radius);
         if (!point) break;
         d = distribute_about(mesh, *point);
         if (least_positive(mesh, d).value >= positive_margin) {
             centre = {CentreKind::kernel, *point,
-                      fmt::format("{}; a point of the kernel {:.3g} m away serves all", why, (*point - centroid).norm())};
+                      fmt::format("{}; a point of the kernel {:.3g} m away serves all", why,
+                                  (*point - centroid).norm())};
             return d;
         }
     }
@@ -120,7 +136,8 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
     body.radius = volume_radius(body.volume);
     // Beyond this, squares of areas leave the range of the numbers.
     if (!(body.radius > 1e-30 && body.radius < 1e30))
-        throw InputError(fmt::format("{}: its volume is that of a ball of {:g} m; check the unit", mesh.name, body.radius));
+        throw InputError(fmt::format("{}: its volume is that of a ball of {:g} m; check the unit", mesh.name,
+                                     body.radius));
     body.material = resolve(material, body.volume);
     body.scheme = options.scheme;
     body.free = options.free;
@@ -138,16 +155,20 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
         body.c.push_back(2 * body.material.damping * std::sqrt(body.K[i] * body.m[i]));
         // Tiny bodies of extreme material may underflow: never let a zero or an infinity into a simulation.
         if (!std::isnormal(body.m[i]) || !std::isnormal(body.K[i]) || !std::isfinite(body.c[i]))
-            throw InputError(fmt::format("{}: vertex {} would get mass {:g} kg and stiffness {:g} N/m; check the unit and the material",
-                                         body.rest.name, i, body.m[i], body.K[i]));
+            throw InputError(
+                fmt::format("{}: vertex {} would get mass {:g} kg and stiffness {:g} N/m; check the unit and "
+                            "the material",
+                            body.rest.name, i, body.m[i], body.K[i]));
     }
     body.L = std::move(d.L);
     add_surface_springs(body);
     for (std::size_t e = 0; e < body.k.size(); ++e)
         if (!std::isfinite(body.k[e]) || !(body.rest_length[e] > 0))
-            throw InputError(fmt::format("{}: edge {}-{} would get a surface spring of {:g} N/m over {:g} m; check the unit and the material",
-                                         body.rest.name, body.topology.edges[e].a, body.topology.edges[e].b, body.k[e],
-                                         body.rest_length[e]));
+            throw InputError(
+                fmt::format("{}: edge {}-{} would get a surface spring of {:g} N/m over {:g} m; check the "
+                            "unit and the material",
+                            body.rest.name, body.topology.edges[e].a, body.topology.edges[e].b, body.k[e],
+                            body.rest_length[e]));
     return body;
 }
 

@@ -23,12 +23,14 @@ CentreOption parse_centre(std::string_view text);
 /// The centre a body was built with.
 struct Centre {
     CentreKind kind = CentreKind::centroid;  ///< never automatic
-    Vector position = Vector::Zero();        ///< [m]; for local the volume centroid, which only homes and messages refer to
-    std::string reason;                      ///< why this one, one line
+    Vector position =
+        Vector::Zero();  ///< [m]; for local the volume centroid, which only homes and messages refer to
+    std::string reason;  ///< why this one, one line
 };
 
-/// The point of the mesh's kernel nearest to `target`: at least `margin` [m] inside the plane of every triangle.
-/// Nothing if there is none, i.e. the shape is not star-shaped by that margin. Expected linear time (Seidel's incremental method).
+/// The point of the mesh's kernel nearest to `target`: at least `margin` [m] inside the plane of every
+/// triangle. Nothing if there is none, i.e. the shape is not star-shaped by that margin. Expected linear time
+/// (Seidel's incremental method).
 std::optional<Vector> kernel_point(const SurfaceMesh& mesh, const Vector& target, double margin);
 
 }  // namespace innerspring

@@ -16,9 +16,10 @@ void apply_equations(const SurfaceMesh& mesh, double volume_m3, Distribution& d)
         const Triangle& corners = mesh.triangles[t];
         const double L_t = d.L[corners[0]] + d.L[corners[1]] + d.L[corners[2]];
         for (Index i : corners) {
-            const double C = (L_t - d.L[i]) / (2 * L_t);      // Eq. 2
-            d.m[i] += C * d.V_t[t] / volume_m3;               // Eq. 1, M = 1
-            d.K[i] += d.V_t[t] / (d.L[i] * d.L[i]);  // Eq. 3, E = 1; no 1/3: a column from the centre to the surface
+            const double C = (L_t - d.L[i]) / (2 * L_t);  // Eq. 2
+            d.m[i] += C * d.V_t[t] / volume_m3;           // Eq. 1, M = 1
+            d.K[i] += d.V_t[t] /
+                      (d.L[i] * d.L[i]);  // Eq. 3, E = 1; no 1/3: a column from the centre to the surface
         }
     }
 }
@@ -30,7 +31,8 @@ Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre) {
     for (const Vector& q : mesh.positions) d.L.push_back((q - centre).norm());
     double sum = 0;
     for (const Triangle& t : mesh.triangles) {
-        const Vector a = mesh.positions[t[0]] - centre, b = mesh.positions[t[1]] - centre, c = mesh.positions[t[2]] - centre;
+        const Vector a = mesh.positions[t[0]] - centre, b = mesh.positions[t[1]] - centre,
+                     c = mesh.positions[t[2]] - centre;
         d.V_t.push_back(a.dot(b.cross(c)) / 6);
         sum += d.V_t.back();
     }

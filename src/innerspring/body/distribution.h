@@ -14,16 +14,17 @@ struct Distribution {
 /// About one centre: L_i = |q_i - c|, V_t = (q_i-c).((q_j-c)x(q_k-c))/6.
 Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre);
 
-/// Each vertex about its medial ball: L_i its radius, V_t = s A_t mean(L)/3 with one s so that the V_t sum to V. All positive.
-/// s is 1 on a sphere and 3 in a slab, whose columns do not taper; K_i is then s times the column E A_i / L_i.
+/// Each vertex about its medial ball: L_i its radius, V_t = s A_t mean(L)/3 with one s so that the V_t sum to
+/// V. All positive. s is 1 on a sphere and 3 in a slab, whose columns do not taper; K_i is then s times the
+/// column E A_i / L_i.
 Distribution distribute_locally(const SurfaceMesh& mesh);
 
-/// The vertex least positive in m_i or K_i, measured against a spring of full height: the smaller of K_i L_i / A_i and
-/// 3 m_i V / (A_i L_i) (both 1 on a sphere about its centre).
+/// The vertex least positive in m_i or K_i, measured against a spring of full height: the smaller of K_i L_i
+/// / A_i and 3 m_i V / (A_i L_i) (both 1 on a sphere about its centre).
 struct LeastPositive {
-    double value;         ///< the least
-    Index vertex;         ///< where
-    std::size_t count;    ///< vertices with m_i <= 0 or K_i <= 0
+    double value;       ///< the least
+    Index vertex;       ///< where
+    std::size_t count;  ///< vertices with m_i <= 0 or K_i <= 0
 };
 LeastPositive least_positive(const SurfaceMesh& mesh, const Distribution& d);
 

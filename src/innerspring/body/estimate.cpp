@@ -19,7 +19,8 @@ Quartiles quartiles(std::vector<double> values) {
 
 Groups dimensionless_groups(const Body& body, double gravity_m_s2, double force_n) {
     const double E = body.material.young, R = body.radius;
-    return {body.material.mass * gravity_m_s2 / (E * R * R), body.material.surface / (E * R), force_n / (E * R * R)};
+    return {body.material.mass * gravity_m_s2 / (E * R * R), body.material.surface / (E * R),
+            force_n / (E * R * R)};
 }
 
 Estimate estimate(const Body& body, double gravity_m_s2) {
@@ -37,7 +38,8 @@ Estimate estimate(const Body& body, double gravity_m_s2) {
         moment += body.m[i] * body.rest.positions[i];
     }
     e.mass_shift = moment / e.mass_sum - volume_centroid(body.rest.positions, body.rest.triangles);
-    e.sag = body.material.mass * gravity_m_s2 * body.radius * body.radius / (3 * body.volume * body.material.young);
+    e.sag = body.material.mass * gravity_m_s2 * body.radius * body.radius /
+            (3 * body.volume * body.material.young);
     return e;
 }
 

@@ -14,10 +14,12 @@ namespace innerspring {
 
 Material resolve(const Material& material, double volume_m3) {
     auto positive = [](double value, const char* what, const char* unit) {
-        if (!(value > 0 && std::isfinite(value))) throw InputError(fmt::format("{} is {:g} {}; it must be positive", what, value, unit));
+        if (!(value > 0 && std::isfinite(value)))
+            throw InputError(fmt::format("{} is {:g} {}; it must be positive", what, value, unit));
     };
     auto not_negative = [](double value, const char* what, const char* unit) {
-        if (!(value >= 0 && std::isfinite(value))) throw InputError(fmt::format("{} is {:g}{}; it must not be negative", what, value, unit));
+        if (!(value >= 0 && std::isfinite(value)))
+            throw InputError(fmt::format("{} is {:g}{}; it must not be negative", what, value, unit));
     };
     Material r = material;
     if (material.density) {

@@ -5,18 +5,22 @@
 
 namespace innerspring {
 
-/// What the solid is made of. The defaults are the paper's constants (section 4); they make sense for a body of about 1 m radius.
+/// What the solid is made of. The defaults are the paper's constants (section 4); they make sense for a body
+/// of about 1 m radius.
 struct Material {
-    double mass = 0.05;                     ///< M, total mass [kg]; not used when density is given
-    std::optional<double> density;          ///< [kg/m^3]; M = density * V
-    double young = 10;                      ///< E, modulus of the inner volume [Pa]; > 0
-    double surface = 1;                     ///< E_s, modulus times thickness of the surface [N/m]; >= 0. The paper's "1 N/m^2" is read so.
-    std::optional<double> surface_ratio;    ///< E_s / (E R); takes the place of surface when given. The paper's constants make it 0.1.
-    double damping = 1;                     ///< zeta of each vertex on its inner spring [1]; 1 is critical, 0 none
+    double mass = 0.05;             ///< M, total mass [kg]; not used when density is given
+    std::optional<double> density;  ///< [kg/m^3]; M = density * V
+    double young = 10;              ///< E, modulus of the inner volume [Pa]; > 0
+    double surface =
+        1;  ///< E_s, modulus times thickness of the surface [N/m]; >= 0. The paper's "1 N/m^2" is read so.
+    std::optional<double> surface_ratio;  ///< E_s / (E R); takes the place of surface when given. The paper's
+                                          ///< constants make it 0.1.
+    double damping = 1;  ///< zeta of each vertex on its inner spring [1]; 1 is critical, 0 none
 };
 
-/// The same with mass and surface made concrete for a body of volume `volume_m3`: density and surface_ratio are gone.
-/// Throws InputError naming the property that is not finite, not positive or (surface, damping) negative.
+/// The same with mass and surface made concrete for a body of volume `volume_m3`: density and surface_ratio
+/// are gone. Throws InputError naming the property that is not finite, not positive or (surface, damping)
+/// negative.
 Material resolve(const Material& material, double volume_m3);
 
 /// A published material: elasticity and density with where they were read.
@@ -29,8 +33,8 @@ struct Tissue {
 
 std::span<const Tissue> tissues();
 
-/// The material of a tissue by name ("paper" gives the defaults). E_s keeps the paper's ratio 0.1 E R, as no thickness is published with it.
-/// Throws InputError naming the nearest known one.
+/// The material of a tissue by name ("paper" gives the defaults). E_s keeps the paper's ratio 0.1 E R, as no
+/// thickness is published with it. Throws InputError naming the nearest known one.
 Material tissue_material(std::string_view name);
 
 }  // namespace innerspring

@@ -3,8 +3,8 @@
 
 namespace innerspring {
 
-/// What the user gave cannot be used: one line saying what is wrong, where (file and line, element, key), and what to do.
-/// The command line prints it and exits with 2. A numerical failure is RunError (exit 1).
+/// What the user gave cannot be used: one line saying what is wrong, where (file and line, element, key), and
+/// what to do. The command line prints it and exits with 2. A numerical failure is RunError (exit 1).
 struct InputError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };

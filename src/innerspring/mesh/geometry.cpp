@@ -6,8 +6,9 @@
 namespace innerspring {
 
 double volume(Positions x, Triangles triangles) {
-    // Eq. 4: V = (1/3) sum_t (A_t/3) n_t . (x_1 + x_2 + x_3). With A_t n_t = (x_2-x_1) x (x_3-x_1) / 2 each term is the signed
-    // tetrahedron x_1 . (x_2 x x_3) / 6; taking x relative to one vertex changes nothing on a closed surface.
+    // Eq. 4: V = (1/3) sum_t (A_t/3) n_t . (x_1 + x_2 + x_3). With A_t n_t = (x_2-x_1) x (x_3-x_1) / 2 each
+    // term is the signed tetrahedron x_1 . (x_2 x x_3) / 6; taking x relative to one vertex changes nothing
+    // on a closed surface.
     if (triangles.empty()) return 0;
     const Vector o = x[triangles[0][0]];
     double six_v = 0;
@@ -37,7 +38,8 @@ Vector vertex_mean(Positions x) {
 
 std::vector<double> triangle_areas(Positions x, Triangles triangles) {
     std::vector<double> areas(triangles.size());
-    for (std::size_t t = 0; t < triangles.size(); ++t) areas[t] = double_area_vector(x, triangles[t]).norm() / 2;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        areas[t] = double_area_vector(x, triangles[t]).norm() / 2;
     return areas;
 }
 
@@ -73,7 +75,9 @@ std::pair<Vector, Vector> bounding_box(Positions x) {
     return {lower, upper};
 }
 
-double volume_radius(double volume_m3) { return std::cbrt(3 * std::abs(volume_m3) / (4 * std::numbers::pi)); }
+double volume_radius(double volume_m3) {
+    return std::cbrt(3 * std::abs(volume_m3) / (4 * std::numbers::pi));
+}
 
 double normalize(SurfaceMesh& mesh, double radius) {
     const Vector centre = volume_centroid(mesh.positions, mesh.triangles);

@@ -9,10 +9,13 @@ namespace innerspring {
 using Positions = std::span<const Vector>;
 using Triangles = std::span<const Triangle>;
 
-/// Signed volume [m^3] of a closed surface (Eq. 4), positive when the triangles are seen counter-clockwise from outside.
-/// Right for convex and concave surfaces; summed about the first vertex so that far-away meshes lose no digits.
+/// Signed volume [m^3] of a closed surface (Eq. 4), positive when the triangles are seen counter-clockwise
+/// from outside. Right for convex and concave surfaces; summed about the first vertex so that far-away meshes
+/// lose no digits.
 double volume(Positions x, Triangles triangles);
-inline double volume(const SurfaceMesh& mesh) { return volume(mesh.positions, mesh.triangles); }
+inline double volume(const SurfaceMesh& mesh) {
+    return volume(mesh.positions, mesh.triangles);
+}
 
 /// Centroid [m] of the enclosed solid. Needs a non-zero volume.
 Vector volume_centroid(Positions x, Triangles triangles);
@@ -21,7 +24,9 @@ Vector volume_centroid(Positions x, Triangles triangles);
 Vector vertex_mean(Positions x);
 
 /// Twice the area vector (unnormalised outward normal) of a triangle [m^2].
-inline Vector double_area_vector(Positions x, const Triangle& t) { return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]); }
+inline Vector double_area_vector(Positions x, const Triangle& t) {
+    return (x[t[1]] - x[t[0]]).cross(x[t[2]] - x[t[0]]);
+}
 
 /// Area of each triangle [m^2].
 std::vector<double> triangle_areas(Positions x, Triangles triangles);
@@ -38,7 +43,8 @@ std::pair<Vector, Vector> bounding_box(Positions x);
 /// R = (3|V|/4pi)^(1/3) [m], the radius of the ball of the same volume.
 double volume_radius(double volume_m3);
 
-/// Moves the volume centroid to the origin and scales to volume radius `radius`; returns the factor applied to lengths.
+/// Moves the volume centroid to the origin and scales to volume radius `radius`; returns the factor applied
+/// to lengths.
 double normalize(SurfaceMesh& mesh, double radius = 1.0);
 
 }  // namespace innerspring

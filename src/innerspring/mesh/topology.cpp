@@ -6,7 +6,8 @@ namespace innerspring {
 
 namespace {
 
-/// Rows by counting: `count` items, item n belongs to row key(n) (skipped when no_index); items stay in increasing order.
+/// Rows by counting: `count` items, item n belongs to row key(n) (skipped when no_index); items stay in
+/// increasing order.
 template <class Key>
 Rows rows_by_key(std::size_t rows, std::size_t count, Key key) {
     Rows r;
@@ -26,18 +27,23 @@ Rows rows_by_key(std::size_t rows, std::size_t count, Key key) {
 Topology build_topology(std::size_t vertices, Triangles triangles) {
     Topology topology;
     const std::size_t corners = 3 * triangles.size();
-    // Corner 3t+k stands for the side (k, k+1) of triangle t. Bucket the sides by their smaller vertex, then sort each bucket.
-    auto end = [&](std::size_t corner, unsigned which) { return triangles[corner / 3][(corner % 3 + which) % 3]; };
+    // Corner 3t+k stands for the side (k, k+1) of triangle t. Bucket the sides by their smaller vertex, then
+    // sort each bucket.
+    auto end = [&](std::size_t corner, unsigned which) {
+        return triangles[corner / 3][(corner % 3 + which) % 3];
+    };
     auto low = [&](std::size_t corner) { return std::min(end(corner, 0), end(corner, 1)); };
     auto high = [&](std::size_t corner) { return std::max(end(corner, 0), end(corner, 1)); };
-    Rows sides = rows_by_key(vertices, corners, [&](std::size_t n) { return low(n) == high(n) ? no_index : low(n); });
+    Rows sides =
+        rows_by_key(vertices, corners, [&](std::size_t n) { return low(n) == high(n) ? no_index : low(n); });
 
     topology.triangle_edges.assign(triangles.size(), {no_index, no_index, no_index});
     topology.edge_triangles.start.push_back(0);
     topology.edge_triangles.values.reserve(sides.values.size());
     for (std::size_t v = 0; v < vertices; ++v) {
         auto first = sides.values.begin() + sides.start[v], last = sides.values.begin() + sides.start[v + 1];
-        std::sort(first, last, [&](Index p, Index q) { return high(p) != high(q) ? high(p) < high(q) : p < q; });
+        std::sort(first, last,
+                  [&](Index p, Index q) { return high(p) != high(q) ? high(p) < high(q) : p < q; });
         for (auto it = first; it != last;) {
             const Index b = high(*it);
             const Index edge = Index(topology.edges.size());

@@ -15,23 +15,28 @@ struct Edge {
 struct Rows {
     std::vector<Index> start;
     std::vector<Index> values;
-    std::span<const Index> operator[](std::size_t i) const { return {values.data() + start[i], start[i + 1] - start[i]}; }
+    std::span<const Index> operator[](std::size_t i) const {
+        return {values.data() + start[i], start[i + 1] - start[i]};
+    }
     std::size_t size() const { return start.empty() ? 0 : start.size() - 1; }
 };
 
 struct Topology {
-    std::vector<Edge> edges;                           ///< sorted by (a, b); degenerate edges (a == b) left out
-    Rows edge_triangles;                               ///< per edge, its triangles in increasing order
-    std::vector<std::array<Index, 3>> triangle_edges;  ///< per triangle, edges (0,1), (1,2), (2,0); no_index if degenerate
-    Rows vertex_triangles;                             ///< per vertex, its triangles in increasing order
-    Rows vertex_edges;                                 ///< per vertex, its edges in increasing order
+    std::vector<Edge> edges;  ///< sorted by (a, b); degenerate edges (a == b) left out
+    Rows edge_triangles;      ///< per edge, its triangles in increasing order
+    std::vector<std::array<Index, 3>>
+        triangle_edges;     ///< per triangle, edges (0,1), (1,2), (2,0); no_index if degenerate
+    Rows vertex_triangles;  ///< per vertex, its triangles in increasing order
+    Rows vertex_edges;      ///< per vertex, its edges in increasing order
 };
 
 /// Edges, incidences and rings; linear time (counting sorts).
 Topology build_topology(std::size_t vertices, Triangles triangles);
 
 /// The vertex of `e` that is not `v`.
-inline Index other_end(const Edge& e, Index v) { return e.a == v ? e.b : e.a; }
+inline Index other_end(const Edge& e, Index v) {
+    return e.a == v ? e.b : e.a;
+}
 
 /// Vertices within `rings` edges of `vertex`, breadth first, `vertex` itself first.
 std::vector<Index> ring(const Topology& topology, Index vertex, int rings = 1);

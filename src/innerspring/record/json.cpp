@@ -12,28 +12,42 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json vector(const Vector& v) { return Json::array({v.x(), v.y(), v.z()}); }
+Json vector(const Vector& v) {
+    return Json::array({v.x(), v.y(), v.z()});
+}
 
 /// Names may hold any bytes a file name may hold.
-std::string text(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string text(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
 
 Json mesh(const std::string& name, std::size_t vertices, std::size_t triangles, double volume_m3) {
     return {{"name", name}, {"vertices", vertices}, {"triangles", triangles}, {"volume_m3", volume_m3}};
 }
 
-Json centre(const Centre& c) { return {{"kind", to_string(c.kind)}, {"position_m", vector(c.position)}, {"reason", c.reason}}; }
-
-Json material(const std::string& name, const Material& m) {
-    return {{"name", name}, {"mass_kg", m.mass}, {"young_pa", m.young}, {"surface_n_m", m.surface}, {"damping_ratio", m.damping}};
+Json centre(const Centre& c) {
+    return {{"kind", to_string(c.kind)}, {"position_m", vector(c.position)}, {"reason", c.reason}};
 }
 
-Json groups(const Groups& g) { return {{"weight", g.weight}, {"surface", g.surface}, {"force", g.force}}; }
+Json material(const std::string& name, const Material& m) {
+    return {{"name", name},
+            {"mass_kg", m.mass},
+            {"young_pa", m.young},
+            {"surface_n_m", m.surface},
+            {"damping_ratio", m.damping}};
+}
+
+Json groups(const Groups& g) {
+    return {{"weight", g.weight}, {"surface", g.surface}, {"force", g.force}};
+}
 
 Json five(const Quartiles& q) {
     return {{"min", q.min}, {"lower", q.lower}, {"median", q.median}, {"upper", q.upper}, {"max", q.max}};
 }
 
-std::string_view name(Verdict v) { return v == Verdict::fine ? "fine" : v == Verdict::usable ? "usable" : "unusable"; }
+std::string_view name(Verdict v) {
+    return v == Verdict::fine ? "fine" : v == Verdict::usable ? "usable" : "unusable";
+}
 
 }  // namespace
 
@@ -55,8 +69,10 @@ std::string to_json(const Summary& s) {
     j["max_displacement_m"] = s.last.max_displacement;
     j["displacement_mean_m"] = vector(s.last.mean_displacement);
     j["displacement_std_m"] = vector(s.last.std_displacement);
-    j["energy"] = {{"kinetic_j", s.last.kinetic}, {"elastic_j", s.last.elastic}, {"potential_j", s.last.potential}};
-    j["equilibrium"] = {{"reached", s.equilibrium_reached}, {"residual_n", s.residual_n}, {"tolerance_n", s.tolerance_n}};
+    j["energy"] = {
+        {"kinetic_j", s.last.kinetic}, {"elastic_j", s.last.elastic}, {"potential_j", s.last.potential}};
+    j["equilibrium"] = {
+        {"reached", s.equilibrium_reached}, {"residual_n", s.residual_n}, {"tolerance_n", s.tolerance_n}};
     j["steps"] = s.steps;
     j["seconds"] = s.seconds;
     j["ns_per_vertex_step"] = s.ns_per_vertex_step;
@@ -79,11 +95,16 @@ std::string to_json(const CheckReport& r, const std::string& mesh_name) {
     j["centroid_m"] = vector(r.centroid);
     j["bounding_box_m"] = {{"lower", vector(r.lower)}, {"upper", vector(r.upper)}};
     j["edge_length_m"] = {{"min", r.edge_min_m}, {"mean", r.edge_mean_m}, {"max", r.edge_max_m}};
-    j["negative_tetrahedra"] = {{"by_count", r.negative_tetrahedra_by_count}, {"by_volume", r.negative_tetrahedra_by_volume}};
+    j["negative_tetrahedra"] = {{"by_count", r.negative_tetrahedra_by_count},
+                                {"by_volume", r.negative_tetrahedra_by_volume}};
     j["self_intersections"] = r.self_intersections;
     j["findings"] = Json::array();
     for (const Finding& f : r.findings)
-        j["findings"].push_back({{"what", f.what}, {"verdict", name(f.verdict)}, {"count", f.count}, {"first", f.first}, {"advice", f.advice}});
+        j["findings"].push_back({{"what", f.what},
+                                 {"verdict", name(f.verdict)},
+                                 {"count", f.count},
+                                 {"first", f.first},
+                                 {"advice", f.advice}});
     return text(j);
 }
 

@@ -16,8 +16,9 @@ struct Plot {
     bool log_x = false, log_y = false;
 };
 
-/// Draws with gnuplot (run as a program) into an SVG, written whole or not at all. Returns an empty string, or one line saying why there is
-/// no plot (gnuplot missing or failing): a missing picture does not fail a run.
+/// Draws with gnuplot (run as a program) into an SVG, written whole or not at all. Returns an empty string,
+/// or one line saying why there is no plot (gnuplot missing or failing): a missing picture does not fail a
+/// run.
 std::string write_svg(const Plot& plot, const std::filesystem::path& file);
 
 }  // namespace innerspring

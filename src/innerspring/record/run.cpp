@@ -19,25 +19,32 @@ namespace innerspring {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 /// More steps than this would not fit in memory as a series.
 constexpr double most_steps = 1e7;
 
-/// What loads, gravity and moved pins have put into a body; kinetic and elastic energy cannot exceed it by much unless the run blows up.
+/// What loads, gravity and moved pins have put into a body; kinetic and elastic energy cannot exceed it by
+/// much unless the run blows up.
 class EnergyWatch {
   public:
-    EnergyWatch(const Body& body, const Loads& loads, const State& state, double put_in) : put_in_(put_in) { pin_forces(body, loads, state); }
+    EnergyWatch(const Body& body, const Loads& loads, const State& state, double put_in) : put_in_(put_in) {
+        pin_forces(body, loads, state);
+    }
 
     double put_in() const { return put_in_; }
 
     /// Accounts for the step from `before` to `now`; true if there is more energy than can be explained.
-    bool exceeded(const Body& body, const Loads& loads, const State& state, const Measures& before, const Measures& now) {
+    bool exceeded(const Body& body, const Loads& loads, const State& state, const Measures& before,
+                  const Measures& now) {
         put_in_ += std::abs(now.potential - before.potential);
         if (has_moving_pins(loads)) {
             const std::vector<Vector> x = std::move(x_), f = std::move(f_);
             pin_forces(body, loads, state);
-            for (std::size_t n = 0; n < x.size(); ++n) put_in_ += (std::abs(f[n].norm()) + f_[n].norm()) * (x_[n] - x[n]).norm();
+            for (std::size_t n = 0; n < x.size(); ++n)
+                put_in_ += (std::abs(f[n].norm()) + f_[n].norm()) * (x_[n] - x[n]).norm();
         }
         return now.kinetic + now.elastic > 10 * put_in_ + 1e-12 * body.material.young * body.volume;
     }
@@ -56,14 +63,17 @@ class EnergyWatch {
         for (const Pin& pin : loads.pins)
             for (Index i : pin.vertices) {
                 x_.push_back(state.x[i]);
-                f_.push_back(surface_force(body, state.x.data(), i) - body.K[i] * (state.x[i] - (frame.R * body.rest.positions[i] + frame.t)));
+                f_.push_back(surface_force(body, state.x.data(), i) -
+                             body.K[i] * (state.x[i] - (frame.R * body.rest.positions[i] + frame.t)));
             }
     }
     double put_in_;
     std::vector<Vector> x_, f_;  ///< of the pinned vertices
 };
 
-std::string frame_name(std::uint64_t step) { return fmt::format("frames/frame_{:08d}.vtp", step); }
+std::string frame_name(std::uint64_t step) {
+    return fmt::format("frames/frame_{:08d}.vtp", step);
+}
 
 struct Writer {
     const std::filesystem::path& directory;
@@ -79,7 +89,8 @@ struct Writer {
                                       {"m_kg", std::span<const double>(body.m)},
                                       {"K_n_m", std::span<const double>(body.K)}};
         write_whole(directory / frame_name(state.steps), to_vtp(state.x, body.rest.triangles, fields));
-        if (frames.empty() || frames.back().file != frame_name(state.steps)) frames.push_back({state.time, frame_name(state.steps)});
+        if (frames.empty() || frames.back().file != frame_name(state.steps))
+            frames.push_back({state.time, frame_name(state.steps)});
     }
 
     /// All that resuming needs; the state last, so that what it refers to is there.
@@ -110,15 +121,19 @@ std::uint64_t resume_hash(Scene scene) {
 std::uint64_t step_count(const Scene& scene) {
     const double steps = std::round(scene.duration / scene.step.dt);
     if (!(steps <= most_steps))
-        throw InputError(fmt::format("{:g} s in steps of {:g} s are more than {:g} steps; use a larger dt (it is sub-stepped as needed)",
-                                     scene.duration, scene.step.dt, most_steps));
+        throw InputError(
+            fmt::format("{:g} s in steps of {:g} s are more than {:g} steps; use a larger dt (it is "
+                        "sub-stepped as needed)",
+                        scene.duration, scene.step.dt, most_steps));
     return std::uint64_t(steps);
 }
 
 std::string blow_up(const Body& body, const State& state, Index vertex) {
     const Vector& q = body.rest.positions[vertex];
-    return fmt::format("stopped in step {} (t = {:.6g} s): vertex {} at rest position ({:.4g}, {:.4g}, {:.4g}) m left the numbers; the last good state is kept",
-                       state.steps + 1, state.time, vertex, q.x(), q.y(), q.z());
+    return fmt::format(
+        "stopped in step {} (t = {:.6g} s): vertex {} at rest position ({:.4g}, {:.4g}, {:.4g}) m left the "
+        "numbers; the last good state is kept",
+        state.steps + 1, state.time, vertex, q.x(), q.y(), q.z());
 }
 
 }  // namespace
@@ -157,23 +172,28 @@ Summary run(const Scene& scene, const RunOptions& options) {
         if (scene.equilibrium) throw InputError("an equilibrium has nothing to resume; leave --resume out");
         SavedState saved = read_state(options.directory / "state.bin", body.vertices());
         if (saved.scene_hash != hash)
-            throw InputError(fmt::format("{}: holds a run of another scene; only the duration and the threads may change on --resume",
-                                         options.directory.string()));
+            throw InputError(fmt::format(
+                "{}: holds a run of another scene; only the duration and the threads may change on --resume",
+                options.directory.string()));
         state = std::move(saved.state);
         put_in = saved.energy_bound;
         rows = read_series(options.directory / "series.csv", std::size_t(state.steps) + 1, loads);
         for (std::uint64_t s = 0; s <= state.steps; ++s)
-            if (s == 0 || (scene.every > 0 && s % std::uint64_t(scene.every) == 0)) writer.frames.push_back({rows[s].time, frame_name(s)});
+            if (s == 0 || (scene.every > 0 && s % std::uint64_t(scene.every) == 0))
+                writer.frames.push_back({rows[s].time, frame_name(s)});
     }
 
     std::error_code failed;
     std::filesystem::create_directories(options.directory / "frames", failed);
-    if (failed) throw RunError(fmt::format("{}: cannot be made: {}", options.directory.string(), failed.message()));
-    write_whole(options.directory / "scene.resolved.toml", "# innerspring, the scene as it was run\n" + to_toml(scene));
+    if (failed)
+        throw RunError(fmt::format("{}: cannot be made: {}", options.directory.string(), failed.message()));
+    write_whole(options.directory / "scene.resolved.toml",
+                "# innerspring, the scene as it was run\n" + to_toml(scene));
 
     if (!options.resume) {
         // What an earlier run left here is not this run's.
-        for (const char* stale : {"summary.json", "state.bin"}) std::filesystem::remove(options.directory / stale, failed);
+        for (const char* stale : {"summary.json", "state.bin"})
+            std::filesystem::remove(options.directory / stale, failed);
         rows.push_back(measure(body, loads, state));
         put_in = rows.back().kinetic + rows.back().elastic;
         writer.frame(state);
@@ -189,8 +209,10 @@ Summary run(const Scene& scene, const RunOptions& options) {
         summary.residual_n = report.residual_n;
         summary.tolerance_n = report.tolerance_n;
         if (!report.reached)
-            summary.failure = fmt::format("no equilibrium after {} iterations: the largest force left is {:.3g} N, {:.3g} N was asked for",
-                                          report.iterations, report.residual_n, report.tolerance_n);
+            summary.failure = fmt::format(
+                "no equilibrium after {} iterations: the largest force left is {:.3g} N, {:.3g} N was asked "
+                "for",
+                report.iterations, report.residual_n, report.tolerance_n);
         rows.push_back(measure(body, loads, state));
         writer.frame(state);
     } else {
@@ -209,13 +231,16 @@ Summary run(const Scene& scene, const RunOptions& options) {
             if (!report.converged) ++unconverged;
             rows.push_back(measure(body, loads, state));
             if (watch.exceeded(body, loads, state, rows[rows.size() - 2], rows.back()))
-                summary.failure = fmt::format("stopped in step {} (t = {:.6g} s): {:.3g} J in the body where at most {:.3g} J were put in; it is blowing up",
-                                              state.steps, state.time, rows.back().kinetic + rows.back().elastic, watch.put_in());
+                summary.failure = fmt::format(
+                    "stopped in step {} (t = {:.6g} s): {:.3g} J in the body where at most {:.3g} J were put "
+                    "in; it is blowing up",
+                    state.steps, state.time, rows.back().kinetic + rows.back().elastic, watch.put_in());
             if (scene.every > 0 && state.steps % std::uint64_t(scene.every) == 0) writer.frame(state);
             if (options.progress && seconds_since(reported) > 0.1) {
                 reported = Clock::now();
                 const double done = double(state.steps - first), left = double(total - state.steps);
-                options.progress({double(state.steps) / double(total), seconds_since(begin) / done * left, rows.back().volume_variation_percent});
+                options.progress({double(state.steps) / double(total), seconds_since(begin) / done * left,
+                                  rows.back().volume_variation_percent});
             }
             if (seconds_since(saved) > 2) {
                 writer.checkpoint({hash, watch.put_in(), state}, rows);
@@ -224,14 +249,18 @@ Summary run(const Scene& scene, const RunOptions& options) {
             summary.stopped = options.stop && options.stop->load();
         }
         summary.residual_n = largest_imbalance(body, loads, state);
-        summary.tolerance_n = scene.residual_n > 0 ? scene.residual_n : 1e-9 * load_sum(body, loads, state.time);
+        summary.tolerance_n =
+            scene.residual_n > 0 ? scene.residual_n : 1e-9 * load_sum(body, loads, state.time);
         summary.equilibrium_reached = summary.residual_n <= summary.tolerance_n && !body.free;
         put_in = watch.put_in();
         const double done = double(state.steps - first);
-        if (done > 0) summary.ns_per_vertex_step = 1e9 * summary.seconds / (double(body.vertices()) * done * summary.substeps);
+        if (done > 0)
+            summary.ns_per_vertex_step =
+                1e9 * summary.seconds / (double(body.vertices()) * done * summary.substeps);
     }
     if (unconverged > 0)
-        summary.warnings.push_back(fmt::format("{} of {} implicit steps ended above the tolerance {:g}", unconverged, state.steps, scene.step.tolerance));
+        summary.warnings.push_back(fmt::format("{} of {} implicit steps ended above the tolerance {:g}",
+                                               unconverged, state.steps, scene.step.tolerance));
 
     // The last frame is always there, also where `every` does not meet it.
     writer.frame(state);
@@ -243,11 +272,17 @@ Summary run(const Scene& scene, const RunOptions& options) {
     summary.last = rows.back();
     summary.state_hash = state_hash(state);
 
-    Plot plot{"Volume variation: " + body.rest.name, "time [s]", "volume variation [%]", {{"scheme " + std::string(to_string(body.scheme)), {}, {}}}};
-    for (const Measures& r : rows) plot.curves[0].x.push_back(r.time), plot.curves[0].y.push_back(r.volume_variation_percent);
+    Plot plot{"Volume variation: " + body.rest.name,
+              "time [s]",
+              "volume variation [%]",
+              {{"scheme " + std::string(to_string(body.scheme)), {}, {}}}};
+    for (const Measures& r : rows)
+        plot.curves[0].x.push_back(r.time), plot.curves[0].y.push_back(r.volume_variation_percent);
     if (!scene.equilibrium)
-        if (const std::string why = write_svg(plot, options.directory / "volume.svg"); !why.empty()) summary.warnings.push_back(why);
-    writer.picture(state, fmt::format("{}, scheme {}, t = {:.3g} s", body.rest.name, to_string(body.scheme), state.time));
+        if (const std::string why = write_svg(plot, options.directory / "volume.svg"); !why.empty())
+            summary.warnings.push_back(why);
+    writer.picture(state, fmt::format("{}, scheme {}, t = {:.3g} s", body.rest.name, to_string(body.scheme),
+                                      state.time));
     write_whole(options.directory / "summary.json", to_json(summary));
     return summary;
 }

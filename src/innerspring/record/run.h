@@ -10,16 +10,16 @@
 namespace innerspring {
 
 struct Progress {
-    double share;                    ///< 0 .. 1
+    double share;  ///< 0 .. 1
     double seconds_left;
-    double volume_variation_percent; ///< now
+    double volume_variation_percent;  ///< now
 };
 
 struct RunOptions {
-    std::filesystem::path directory;               ///< made if missing
-    bool resume = false;                           ///< go on from the state in the directory
-    std::function<void(const Progress&)> progress = {}; ///< called about ten times a second; may be empty
-    const std::atomic<bool>* stop = nullptr;       ///< when it becomes true the run is saved and ends
+    std::filesystem::path directory;                     ///< made if missing
+    bool resume = false;                                 ///< go on from the state in the directory
+    std::function<void(const Progress&)> progress = {};  ///< called about ten times a second; may be empty
+    const std::atomic<bool>* stop = nullptr;             ///< when it becomes true the run is saved and ends
 };
 
 /// How a run ended and what it found; what summary.json holds.
@@ -30,29 +30,31 @@ struct Summary {
     Scheme scheme = Scheme::C;
     Centre centre;
     std::string material_name;
-    Material material;              ///< resolved
-    Groups groups;                  ///< with the largest force
+    Material material;  ///< resolved
+    Groups groups;      ///< with the largest force
     Integrator integrator = Integrator::symplectic;
     double dt_s = 0;
     int substeps = 1;
-    double duration_s = 0;          ///< reached
+    double duration_s = 0;  ///< reached
     VolumeVariation volume_variation_percent;
-    Measures last;                  ///< at the end
+    Measures last;  ///< at the end
     bool equilibrium_reached = false;
-    double residual_n = 0;          ///< largest force left on a vertex at the end [N]
-    double tolerance_n = 0;         ///< what counts as equilibrium [N]
+    double residual_n = 0;   ///< largest force left on a vertex at the end [N]
+    double tolerance_n = 0;  ///< what counts as equilibrium [N]
     std::uint64_t steps = 0;
     double seconds = 0;             ///< spent stepping or solving, measuring and writing left out [s]
     double ns_per_vertex_step = 0;  ///< per vertex and sub-step
     std::uint64_t state_hash = 0;
     std::vector<std::string> warnings;
-    std::string failure;            ///< empty if all went well; else one line: blow-up or no equilibrium, when and where
-    bool stopped = false;           ///< by RunOptions::stop
+    std::string
+        failure;  ///< empty if all went well; else one line: blow-up or no equilibrium, when and where
+    bool stopped = false;  ///< by RunOptions::stop
 };
 
-/// Simulates a scene and writes summary.json, series.csv, frames/*.vtp, frames.pvd, volume.svg, picture.png, scene.resolved.toml and
-/// state.bin (for resuming) into the directory. Every file is whole at any moment, whatever kills the program.
-/// Throws InputError for bad input, RunError if a file cannot be written. A blow-up is reported in the summary, with the last good state kept.
+/// Simulates a scene and writes summary.json, series.csv, frames/*.vtp, frames.pvd, volume.svg, picture.png,
+/// scene.resolved.toml and state.bin (for resuming) into the directory. Every file is whole at any moment,
+/// whatever kills the program. Throws InputError for bad input, RunError if a file cannot be written. A
+/// blow-up is reported in the summary, with the last good state kept.
 Summary run(const Scene& scene, const RunOptions& options);
 
 }  // namespace innerspring

@@ -11,52 +11,55 @@ namespace innerspring {
 /// Where a force acts and how: one [[force]] table. Exactly one of vertex/near and one of newton/inward.
 struct SceneForce {
     std::string name;
-    std::optional<std::int64_t> vertex;  ///< index in the welded mesh
-    std::optional<Vector> near;          ///< [m]: the vertex nearest to this point, after scaling
-    std::optional<Vector> newton;        ///< [N]
-    std::optional<double> inward;        ///< [N] along the inward normal of the vertex
-    double radius = 0;                   ///< [m] radius of influence; 0: a point force
-    double start = 0;                    ///< [s]
-    std::optional<double> end;           ///< [s]
-    double ramp = 0;                     ///< [s] of linear onset (and release)
+    std::optional<std::int64_t> vertex;              ///< index in the welded mesh
+    std::optional<Vector> near;                      ///< [m]: the vertex nearest to this point, after scaling
+    std::optional<Vector> newton;                    ///< [N]
+    std::optional<double> inward;                    ///< [N] along the inward normal of the vertex
+    double radius = 0;                               ///< [m] radius of influence; 0: a point force
+    double start = 0;                                ///< [s]
+    std::optional<double> end;                       ///< [s]
+    double ramp = 0;                                 ///< [s] of linear onset (and release)
     std::vector<std::pair<double, double>> profile;  ///< [[time_s, factor], ...] instead of start, end, ramp
 };
 
 /// Vertices held or moved: one [[pin]] table. vertices, or near with radius.
 struct ScenePin {
     std::vector<std::int64_t> vertices;
-    std::optional<Vector> near;                      ///< [m]
-    double radius = 0;                               ///< [m] all vertices within it; 0: the nearest one
-    std::vector<std::pair<double, Vector>> path;     ///< [[time_s, dx, dy, dz], ...] in metres
+    std::optional<Vector> near;                   ///< [m]
+    double radius = 0;                            ///< [m] all vertices within it; 0: the nearest one
+    std::vector<std::pair<double, Vector>> path;  ///< [[time_s, dx, dy, dz], ...] in metres
 };
 
-/// All that a simulation needs, as a scene file says it. Keys of the file are given behind each member; units are SI.
+/// All that a simulation needs, as a scene file says it. Keys of the file are given behind each member; units
+/// are SI.
 struct Scene {
-    std::string mesh = "sphere";         ///< mesh: a file (relative to the scene) or a built-in shape
-    std::string unit;                    ///< unit: "mm", "cm" or "m"; empty: unknown
-    std::optional<bool> normalize;       ///< normalize: to unit volume radius; default: files without a unit
-    double weld = 0;                     ///< weld: tolerance in the unit of the file
-    std::string material_name = "paper"; ///< [material] name
-    Material material;                   ///< [material] mass_kg, density_kg_m3, young_pa, surface_n_m, surface_ratio, damping_ratio
-    Scheme scheme = Scheme::C;           ///< [body] scheme
-    CentreOption centre;                 ///< [body] centre = "auto" | "centroid" | "kernel" | "local" | [x, y, z]
-    bool free = false;                   ///< [body] free
-    Vector gravity = Vector(0, -9.81, 0);///< [simulation] gravity_m_s2
-    double duration = 2;                 ///< [simulation] duration_s
-    StepOptions step;                    ///< [simulation] dt_s, integrator, threads, max_substeps, tolerance, max_iterations
-    bool equilibrium = false;            ///< [simulation] equilibrium: solve for balance instead of stepping
-    double residual_n = 0;               ///< [simulation] residual_n
-    int every = 10;                      ///< [simulation] every: a frame each so many steps; 0: only the first and the last
-    std::vector<SceneForce> forces;      ///< [[force]]
-    std::vector<ScenePin> pins;          ///< [[pin]]
+    std::string mesh = "sphere";          ///< mesh: a file (relative to the scene) or a built-in shape
+    std::string unit;                     ///< unit: "mm", "cm" or "m"; empty: unknown
+    std::optional<bool> normalize;        ///< normalize: to unit volume radius; default: files without a unit
+    double weld = 0;                      ///< weld: tolerance in the unit of the file
+    std::string material_name = "paper";  ///< [material] name
+    Material
+        material;  ///< [material] mass_kg, density_kg_m3, young_pa, surface_n_m, surface_ratio, damping_ratio
+    Scheme scheme = Scheme::C;  ///< [body] scheme
+    CentreOption centre;        ///< [body] centre = "auto" | "centroid" | "kernel" | "local" | [x, y, z]
+    bool free = false;          ///< [body] free
+    Vector gravity = Vector(0, -9.81, 0);  ///< [simulation] gravity_m_s2
+    double duration = 2;                   ///< [simulation] duration_s
+    StepOptions step;  ///< [simulation] dt_s, integrator, threads, max_substeps, tolerance, max_iterations
+    bool equilibrium = false;  ///< [simulation] equilibrium: solve for balance instead of stepping
+    double residual_n = 0;     ///< [simulation] residual_n
+    int every = 10;  ///< [simulation] every: a frame each so many steps; 0: only the first and the last
+    std::vector<SceneForce> forces;  ///< [[force]]
+    std::vector<ScenePin> pins;      ///< [[pin]]
 };
 
-/// Reads a scene file. Throws InputError "FILE:LINE: ...": not TOML, an unknown key (naming the nearest known one), a wrong type,
-/// a value out of range. A relative mesh file is resolved against the scene's folder.
+/// Reads a scene file. Throws InputError "FILE:LINE: ...": not TOML, an unknown key (naming the nearest known
+/// one), a wrong type, a value out of range. A relative mesh file is resolved against the scene's folder.
 Scene read_scene(const std::filesystem::path& file);
 Scene scene_from_text(std::string_view toml, std::string_view name);
 
-/// One force or pin as on the command line: the inside of a TOML inline table, "vertex = 12, inward = 0.01, radius = 0.4" (braces optional).
+/// One force or pin as on the command line: the inside of a TOML inline table, "vertex = 12, inward = 0.01,
+/// radius = 0.4" (braces optional).
 SceneForce parse_force(std::string_view text);
 ScenePin parse_pin(std::string_view text);
 

@@ -14,10 +14,12 @@ namespace innerspring {
 namespace {
 
 std::string header(const Loads& loads) {
-    std::string text = "time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m";
+    std::string text =
+        "time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m";
     for (std::size_t n = 0; n < loads.forces.size(); ++n) {
         std::string name = loads.forces[n].name;
-        std::replace_if(name.begin(), name.end(), [](unsigned char c) { return c == ',' || c == '"' || c < 32; }, '_');
+        std::replace_if(
+            name.begin(), name.end(), [](unsigned char c) { return c == ',' || c == '"' || c < 32; }, '_');
         text += fmt::format(",force_{}_n", name);
     }
     return text;
@@ -28,8 +30,8 @@ std::string header(const Loads& loads) {
 std::string to_csv(std::span<const Measures> rows, const Loads& loads) {
     std::string text = header(loads) + "\n";
     for (const Measures& r : rows) {
-        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", r.time, r.volume, r.volume_variation_percent, r.kinetic, r.elastic,
-                       r.potential, r.max_displacement);
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", r.time, r.volume,
+                       r.volume_variation_percent, r.kinetic, r.elastic, r.potential, r.max_displacement);
         for (double f : r.force) fmt::format_to(std::back_inserter(text), ",{}", f);
         text += '\n';
     }
@@ -40,12 +42,14 @@ std::vector<Measures> read_series(const std::filesystem::path& file, std::size_t
     std::ifstream in(file);
     std::string line;
     if (!in || !std::getline(in, line) || line != header(loads))
-        throw InputError(fmt::format("{}: missing, or not the series of this scene; it cannot be resumed", file.string()));
+        throw InputError(
+            fmt::format("{}: missing, or not the series of this scene; it cannot be resumed", file.string()));
     std::vector<Measures> rows;
     while (rows.size() < count && std::getline(in, line)) {
         Measures r;
         r.force.resize(loads.forces.size());
-        std::vector<double*> columns{&r.time, &r.volume, &r.volume_variation_percent, &r.kinetic, &r.elastic, &r.potential, &r.max_displacement};
+        std::vector<double*> columns{&r.time,    &r.volume,    &r.volume_variation_percent, &r.kinetic,
+                                     &r.elastic, &r.potential, &r.max_displacement};
         for (double& f : r.force) columns.push_back(&f);
         const char *p = line.data(), *end = p + line.size();
         for (std::size_t c = 0; c < columns.size(); ++c) {
@@ -56,7 +60,9 @@ std::vector<Measures> read_series(const std::filesystem::path& file, std::size_t
         }
         rows.push_back(std::move(r));
     }
-    if (rows.size() < count) throw InputError(fmt::format("{}: {} rows where the saved state has {}", file.string(), rows.size(), count));
+    if (rows.size() < count)
+        throw InputError(
+            fmt::format("{}: {} rows where the saved state has {}", file.string(), rows.size(), count));
     return rows;
 }
 

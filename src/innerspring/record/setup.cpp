@@ -25,38 +25,49 @@ double metres_per(const std::string& unit) {
 Index nearest_vertex(const Body& body, const Vector& point) {
     Index nearest = 0;
     for (Index i = 1; i < body.vertices(); ++i)
-        if ((body.rest.positions[i] - point).squaredNorm() < (body.rest.positions[nearest] - point).squaredNorm()) nearest = i;
+        if ((body.rest.positions[i] - point).squaredNorm() <
+            (body.rest.positions[nearest] - point).squaredNorm())
+            nearest = i;
     return nearest;
 }
 
 Index existing_vertex(std::int64_t vertex, const Body& body, std::string_view what) {
     if (vertex < 0 || std::size_t(vertex) >= body.vertices())
-        throw InputError(fmt::format("{}: vertex {} does not exist; the welded mesh has 0 to {}", what, vertex, body.vertices() - 1));
+        throw InputError(fmt::format("{}: vertex {} does not exist; the welded mesh has 0 to {}", what,
+                                     vertex, body.vertices() - 1));
     return Index(vertex);
 }
 
 }  // namespace
 
-LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::optional<bool> normalize_asked, double weld_tolerance) {
+LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::optional<bool> normalize_asked,
+                     double weld_tolerance) {
     LoadedMesh loaded;
     if (is_shape(mesh)) {
-        if (!unit.empty()) throw InputError(fmt::format("{}: built-in shapes are in metres; leave the unit out", mesh));
+        if (!unit.empty())
+            throw InputError(fmt::format("{}: built-in shapes are in metres; leave the unit out", mesh));
         loaded.mesh = make_shape(mesh);
     } else {
-        if (const std::string shape = nearest_name(mesh.substr(0, mesh.find(':')), shape_names()); !shape.empty() && !std::filesystem::exists(mesh))
-            throw InputError(fmt::format("{}: no such file or built-in shape; did you mean {}?", mesh, shape));
+        if (const std::string shape = nearest_name(mesh.substr(0, mesh.find(':')), shape_names());
+            !shape.empty() && !std::filesystem::exists(mesh))
+            throw InputError(
+                fmt::format("{}: no such file or built-in shape; did you mean {}?", mesh, shape));
         const SurfaceMesh file = read(mesh);
         Welded welded = weld(file, {weld_tolerance});
         loaded.mesh = std::move(welded.mesh);
-        if (welded.merged > 0) loaded.notes.push_back(fmt::format("{} of {} vertices merged by position", welded.merged, file.positions.size()));
-        if (welded.unused > 0) loaded.notes.push_back(fmt::format("{} unused vertices dropped", welded.unused));
+        if (welded.merged > 0)
+            loaded.notes.push_back(
+                fmt::format("{} of {} vertices merged by position", welded.merged, file.positions.size()));
+        if (welded.unused > 0)
+            loaded.notes.push_back(fmt::format("{} unused vertices dropped", welded.unused));
     }
     const bool from_file = !is_shape(mesh);
     if (normalize_asked.value_or(from_file && unit.empty())) {
         require_usable(loaded.mesh);
         const double factor = normalize(loaded.mesh);
-        loaded.notes.push_back(fmt::format("{}scaled by {:.6g} to unit volume radius, centroid at the origin",
-                                           normalize_asked ? "" : "no unit given (--unit mm|cm|m): ", factor));
+        loaded.notes.push_back(
+            fmt::format("{}scaled by {:.6g} to unit volume radius, centroid at the origin",
+                        normalize_asked ? "" : "no unit given (--unit mm|cm|m): ", factor));
     } else if (from_file) {
         const double factor = metres_per(unit.empty() ? "m" : unit);
         for (Vector& p : loaded.mesh.positions) p *= factor;
@@ -69,20 +80,26 @@ Force to_force(const SceneForce& f, const Body& body) {
     if (!f.vertex && !f.near) throw InputError(what + ": say where: vertex or near");
     const Index vertex = f.vertex ? existing_vertex(*f.vertex, body, what) : nearest_vertex(body, *f.near);
     Vector newton;
-    if (f.newton) newton = *f.newton;
-    else if (f.inward) newton = -*f.inward * vertex_normals(body.rest.positions, body.rest.triangles)[vertex];
-    else throw InputError(what + ": say how much: newton or inward");
+    if (f.newton)
+        newton = *f.newton;
+    else if (f.inward)
+        newton = -*f.inward * vertex_normals(body.rest.positions, body.rest.triangles)[vertex];
+    else
+        throw InputError(what + ": say how much: newton or inward");
     Force force = f.radius > 0 ? patch_force(body, vertex, f.radius, newton) : point_force(vertex, newton);
     if (!f.name.empty()) force.name = f.name;
 
     force.profile.points = f.profile;
     if (f.profile.empty() && (f.start > 0 || f.ramp > 0 || f.end)) {
-        // On from start, in full after ramp; off at end, over ramp again. A jump takes the smallest time there is.
+        // On from start, in full after ramp; off at end, over ramp again. A jump takes the smallest time
+        // there is.
         auto& points = force.profile.points;
         const double full = f.ramp > 0 ? f.start + f.ramp : std::nextafter(f.start, INFINITY);
         points = {{f.start, 0.0}, {full, 1.0}};
         if (f.end) {
-            if (!(*f.end > full)) throw InputError(fmt::format("{}: it ends at {:g} s, before it is on in full at {:g} s", what, *f.end, full));
+            if (!(*f.end > full))
+                throw InputError(fmt::format("{}: it ends at {:g} s, before it is on in full at {:g} s", what,
+                                             *f.end, full));
             points.push_back({*f.end, 1.0});
             points.push_back({f.ramp > 0 ? *f.end + f.ramp : std::nextafter(*f.end, INFINITY), 0.0});
         }
@@ -96,7 +113,8 @@ Pin to_pin(const ScenePin& p, const Body& body) {
     if (p.near) {
         const Index nearest = nearest_vertex(body, *p.near);
         for (Index i = 0; i < body.vertices(); ++i)
-            if (i == nearest || (body.rest.positions[i] - *p.near).norm() <= p.radius) pin.vertices.push_back(i);
+            if (i == nearest || (body.rest.positions[i] - *p.near).norm() <= p.radius)
+                pin.vertices.push_back(i);
     }
     if (pin.vertices.empty()) throw InputError("pin: say where: vertices or near");
     pin.path = p.path;
@@ -105,11 +123,14 @@ Pin to_pin(const ScenePin& p, const Body& body) {
 
 Setup set_up(const Scene& scene) {
     LoadedMesh loaded = load_mesh(scene.mesh, scene.unit, scene.normalize, scene.weld);
-    Setup setup{build_body(std::move(loaded.mesh), scene.material, {scene.scheme, scene.centre, scene.free}), {}, std::move(loaded.notes)};
+    Setup setup{build_body(std::move(loaded.mesh), scene.material, {scene.scheme, scene.centre, scene.free}),
+                {},
+                std::move(loaded.notes)};
     setup.loads.gravity = scene.gravity;
     for (const SceneForce& f : scene.forces) {
         setup.loads.forces.push_back(to_force(f, setup.body));
-        if (f.name.empty()) setup.loads.forces.back().name = fmt::format("force{}", setup.loads.forces.size());
+        if (f.name.empty())
+            setup.loads.forces.back().name = fmt::format("force{}", setup.loads.forces.size());
     }
     for (const ScenePin& p : scene.pins) setup.loads.pins.push_back(to_pin(p, setup.body));
     require_valid(setup.body, setup.loads);

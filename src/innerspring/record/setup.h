@@ -9,9 +9,11 @@ struct LoadedMesh {
     std::vector<std::string> notes;  ///< merged and dropped vertices, scaling: one line each
 };
 
-/// Makes a built-in shape or reads a file, welds it, and brings it to metres: by `unit` ("mm", "cm", "m"), or, where `normalize` says so or
-/// no unit is known, to unit volume radius with the centroid at the origin. `weld` is the tolerance in the unit of the file.
-LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::optional<bool> normalize, double weld_tolerance);
+/// Makes a built-in shape or reads a file, welds it, and brings it to metres: by `unit` ("mm", "cm", "m"),
+/// or, where `normalize` says so or no unit is known, to unit volume radius with the centroid at the origin.
+/// `weld` is the tolerance in the unit of the file.
+LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::optional<bool> normalize,
+                     double weld_tolerance);
 
 /// A scene made concrete.
 struct Setup {

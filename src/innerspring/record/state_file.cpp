@@ -26,7 +26,9 @@ std::uint64_t text_hash(std::string_view text) {
 
 void write_state(const SavedState& saved, const std::filesystem::path& file) {
     std::string bytes(magic);
-    auto add = [&](const void* data, std::size_t size) { bytes.append(static_cast<const char*>(data), size); };
+    auto add = [&](const void* data, std::size_t size) {
+        bytes.append(static_cast<const char*>(data), size);
+    };
     const std::uint64_t n = saved.state.x.size();
     add(&saved.scene_hash, 8);
     add(&saved.energy_bound, 8);
@@ -45,10 +47,12 @@ SavedState read_state(const std::filesystem::path& file, std::size_t vertices) {
     if (!in) throw InputError(fmt::format("{}: there is no saved state to resume from", file.string()));
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
     const std::size_t expected = magic.size() + 5 * 8 + 2 * vertices * sizeof(Vector) + 8;
-    if (!bytes.starts_with(magic)) throw InputError(fmt::format("{}: not a saved state of this version", file.string()));
+    if (!bytes.starts_with(magic))
+        throw InputError(fmt::format("{}: not a saved state of this version", file.string()));
     if (bytes.size() != expected)
-        throw InputError(fmt::format("{}: {} bytes where a state of {} vertices has {}; it is damaged or of another mesh", file.string(),
-                                     bytes.size(), vertices, expected));
+        throw InputError(
+            fmt::format("{}: {} bytes where a state of {} vertices has {}; it is damaged or of another mesh",
+                        file.string(), bytes.size(), vertices, expected));
     std::uint64_t check;
     std::memcpy(&check, bytes.data() + bytes.size() - 8, 8);
     if (check != text_hash(std::string_view(bytes).substr(0, bytes.size() - 8)))

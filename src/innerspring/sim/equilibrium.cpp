@@ -24,8 +24,8 @@ struct Problem {
     mutable Team alone{1};
 
     double energy(const std::vector<Vector>& x) const {
-        return inner_energy(body, home_frame(body, x, alone), x) + surface_energy(body, x) + gravity_energy(body, loads.gravity, x) +
-               load_energy(body, loads, time, x);
+        return inner_energy(body, home_frame(body, x, alone), x) + surface_energy(body, x) +
+               gravity_energy(body, loads.gravity, x) + load_energy(body, loads, time, x);
     }
 
     /// Forces left on each vertex, zero where pinned; returns the largest.
@@ -43,9 +43,10 @@ struct Problem {
         return largest;
     }
 
-    /// Lower triangle in the permuted order. A spring adds k (d d^T/|d|^2 + (1 - l/|d|) (I - d d^T/|d|^2)); with `convex` the second
-    /// term, negative in a compressed spring, is left out where it is so. A free body's K_i I leaves out the motion of its frame,
-    /// which only ever softens: without add_frame_motion() the step is shorter, never wrong in direction.
+    /// Lower triangle in the permuted order. A spring adds k (d d^T/|d|^2 + (1 - l/|d|) (I - d d^T/|d|^2));
+    /// with `convex` the second term, negative in a compressed spring, is left out where it is so. A free
+    /// body's K_i I leaves out the motion of its frame, which only ever softens: without add_frame_motion()
+    /// the step is shorter, never wrong in direction.
     Sparse hessian(const std::vector<Vector>& x, bool convex) const {
         std::vector<Eigen::Triplet<double>> entries;
         entries.reserve(9 * (body.k.size() * 2 + body.vertices()));
@@ -66,11 +67,13 @@ struct Problem {
                     Eigen::Matrix3d spring = spoke.k * Eigen::Matrix3d::Identity();
                     if (length > 0) {
                         const Eigen::Matrix3d along = d * d.transpose() / (length * length);
-                        const double across = convex ? std::max(0.0, 1 - spoke.rest / length) : 1 - spoke.rest / length;
+                        const double across =
+                            convex ? std::max(0.0, 1 - spoke.rest / length) : 1 - spoke.rest / length;
                         spring = spoke.k * (along + across * (Eigen::Matrix3d::Identity() - along));
                     }
                     block += spring;
-                    if (!pinned[spoke.neighbour] && place[i] > place[spoke.neighbour]) add(i, spoke.neighbour, -spring);
+                    if (!pinned[spoke.neighbour] && place[i] > place[spoke.neighbour])
+                        add(i, spoke.neighbour, -spring);
                 }
             }
             add(i, i, block);
@@ -80,9 +83,10 @@ struct Problem {
         return H;
     }
 
-    /// The frame of a free body follows x: its Hessian is H - B S^-1 B^T, S the 6 x 6 second derivative of the inner energy by a small
-    /// translation and rotation of the homes, B_i = K_i [I, -[r_i]x] the mixed one, r_i = h_i - mean of x. Turns p = H^-1 f into the
-    /// solution with that Hessian (Woodbury). False if it is not positive definite.
+    /// The frame of a free body follows x: its Hessian is H - B S^-1 B^T, S the 6 x 6 second derivative of
+    /// the inner energy by a small translation and rotation of the homes, B_i = K_i [I, -[r_i]x] the mixed
+    /// one, r_i = h_i - mean of x. Turns p = H^-1 f into the solution with that Hessian (Woodbury). False if
+    /// it is not positive definite.
     template <class Factor>
     bool add_frame_motion(const std::vector<Vector>& x, const Factor& factor, Eigen::VectorXd& p) const {
         using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -91,13 +95,15 @@ struct Problem {
         double K = 0;
         for (std::size_t i = 0; i < x.size(); ++i) mean += body.K[i] * x[i], K += body.K[i];
         mean /= K;
-        Eigen::Matrix<double, Eigen::Dynamic, 6> B = Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(3 * Eigen::Index(x.size()), 6);
+        Eigen::Matrix<double, Eigen::Dynamic, 6> B =
+            Eigen::Matrix<double, Eigen::Dynamic, 6>::Zero(3 * Eigen::Index(x.size()), 6);
         Matrix6 S = Matrix6::Zero();
         S.topLeftCorner<3, 3>().diagonal().setConstant(K);
         for (std::size_t i = 0; i < x.size(); ++i) {
             const Vector r = frame.R * body.rest.positions[i] + frame.t - mean, y = x[i] - mean;
             const Eigen::Matrix3d yr = y * r.transpose();
-            S.bottomRightCorner<3, 3>() += body.K[i] * (y.dot(r) * Eigen::Matrix3d::Identity() - (yr + yr.transpose()) / 2);
+            S.bottomRightCorner<3, 3>() +=
+                body.K[i] * (y.dot(r) * Eigen::Matrix3d::Identity() - (yr + yr.transpose()) / 2);
             if (pinned[i]) continue;
             Eigen::Matrix3d turn;  // [r]x
             turn << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
@@ -128,7 +134,8 @@ std::vector<int> fill_reducing_order(const Body& body) {
     std::vector<Eigen::Triplet<double>> entries;
     for (Index i = 0; i < body.vertices(); ++i) {
         entries.emplace_back(int(i), int(i), 1.0);
-        for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) entries.emplace_back(int(i), int(body.spokes[s].neighbour), 1.0);
+        for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s)
+            entries.emplace_back(int(i), int(body.spokes[s].neighbour), 1.0);
     }
     Sparse graph(int(body.vertices()), int(body.vertices()));
     graph.setFromTriplets(entries.begin(), entries.end());
@@ -159,8 +166,11 @@ double largest_imbalance(const Body& body, const Loads& loads, const State& stat
     return Problem{body, loads, state.time, pinned_flags(body, loads), {}}.residual(state.x, f);
 }
 
-EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state, const EquilibriumOptions& options) {
-    if (body.free && loads.pins.empty()) throw InputError("a free body has no equilibrium under its loads; hold it (no --free) or pin some vertices");
+EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state,
+                                    const EquilibriumOptions& options) {
+    if (body.free && loads.pins.empty())
+        throw InputError(
+            "a free body has no equilibrium under its loads; hold it (no --free) or pin some vertices");
     const std::size_t n = body.vertices();
     Problem problem{body, loads, state.time, pinned_flags(body, loads), fill_reducing_order(body)};
     for (const Pin& pin : loads.pins)
@@ -170,19 +180,23 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
     const double load = load_sum(body, loads, state.time);
     std::vector<Vector> f, trial(n), f_trial;
     report.residual_n = problem.residual(state.x, f);
-    // With pins alone, or no loads at all, the springs' own forces set the scale; and no residual falls below its rounding.
+    // With pins alone, or no loads at all, the springs' own forces set the scale; and no residual falls below
+    // its rounding.
     const double scale = std::max(load, loads.pins.empty() && load > 0 ? 0.0 : report.residual_n);
-    report.tolerance_n = options.tolerance_n > 0 ? options.tolerance_n : std::max(1e-9 * scale, problem.rounding(state.x));
+    report.tolerance_n =
+        options.tolerance_n > 0 ? options.tolerance_n : std::max(1e-9 * scale, problem.rounding(state.x));
 
     Eigen::SimplicialLLT<Sparse, Eigen::Lower, Eigen::NaturalOrdering<int>> factor;
     bool analysed = false;
     double energy = problem.energy(state.x);
     Eigen::VectorXd rhs(3 * int(n));
-    while (!(report.reached = report.residual_n <= report.tolerance_n) && report.iterations < options.max_iterations) {
+    while (!(report.reached = report.residual_n <= report.tolerance_n) &&
+           report.iterations < options.max_iterations) {
         ++report.iterations;
         for (std::size_t i = 0; i < n; ++i) rhs.segment<3>(3 * problem.place[i]) = f[i];
         bool moved = false;
-        // The true Hessian first; where it is not positive definite or its step gains nothing, the convex one, which always descends.
+        // The true Hessian first; where it is not positive definite or its step gains nothing, the convex
+        // one, which always descends.
         for (bool convex : {false, true}) {
             const Sparse H = problem.hessian(state.x, convex);
             if (!analysed) factor.analyzePattern(H), analysed = true;
@@ -194,7 +208,8 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
             if (!(slope < 0)) continue;
             double length = 1;
             for (int cut = 0; cut < 40 && !moved; ++cut, length /= 2) {
-                for (std::size_t i = 0; i < n; ++i) trial[i] = state.x[i] + length * p.segment<3>(3 * problem.place[i]);
+                for (std::size_t i = 0; i < n; ++i)
+                    trial[i] = state.x[i] + length * p.segment<3>(3 * problem.place[i]);
                 const double e = problem.energy(trial), r = problem.residual(trial, f_trial);
                 // Near the minimum the energy no longer resolves a gain that the residual still shows.
                 const bool flat = std::abs(e - energy) <= 1e-12 * std::abs(energy) && r < report.residual_n;

@@ -5,7 +5,8 @@
 namespace innerspring {
 
 struct EquilibriumOptions {
-    double tolerance_n = 0;    ///< largest residual force on a vertex [N]; 0: 1e-9 of the sum of the loads, but not below rounding
+    double tolerance_n = 0;  ///< largest residual force on a vertex [N]; 0: 1e-9 of the sum of the loads, but
+                             ///< not below rounding
     int max_iterations = 200;
 };
 
@@ -16,10 +17,11 @@ struct EquilibriumReport {
     int iterations = 0;
 };
 
-/// Moves `state` to where all forces balance under the loads as they are at state.time; velocities become zero.
-/// Newton with a line search on the potential energy; the fill-reducing order is found once.
-/// A free body needs a pin, otherwise nothing holds it: throws InputError.
-EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state, const EquilibriumOptions& options = {});
+/// Moves `state` to where all forces balance under the loads as they are at state.time; velocities become
+/// zero. Newton with a line search on the potential energy; the fill-reducing order is found once. A free
+/// body needs a pin, otherwise nothing holds it: throws InputError.
+EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state,
+                                    const EquilibriumOptions& options = {});
 
 /// Largest force left on a vertex that is not pinned [N]: zero in equilibrium.
 double largest_imbalance(const Body& body, const Loads& loads, const State& state);

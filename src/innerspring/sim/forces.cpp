@@ -31,7 +31,10 @@ HomeFrame home_frame(const Body& body, Positions x, Team& team) {
     const Vector q_mean = sum.q / sum.K, x_mean = sum.x / sum.K;
     const Eigen::Matrix3d A = sum.xq - sum.K * x_mean * q_mean.transpose();
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(A, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    Vector sign(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);  // a rotation, never a reflection
+    Vector sign(1, 1,
+                (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0
+                    ? -1
+                    : 1);  // a rotation, never a reflection
     frame.R = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
     frame.t = x0 + x_mean - frame.R * (q0 + q_mean);
     return frame;
@@ -45,7 +48,8 @@ double inner_energy(const Body& body, const HomeFrame& frame, Positions x) {
 }
 
 void add_inner_forces(const Body& body, const HomeFrame& frame, Positions x, std::span<Vector> f) {
-    for (std::size_t i = 0; i < x.size(); ++i) f[i] -= body.K[i] * (x[i] - (frame.R * body.rest.positions[i] + frame.t));
+    for (std::size_t i = 0; i < x.size(); ++i)
+        f[i] -= body.K[i] * (x[i] - (frame.R * body.rest.positions[i] + frame.t));
 }
 
 double surface_energy(const Body& body, Positions x) {
@@ -64,7 +68,8 @@ void add_surface_forces(const Body& body, Positions x, std::span<Vector> f) {
 
 double gravity_energy(const Body& body, const Vector& gravity, Positions x) {
     double energy = 0;
-    for (std::size_t i = 0; i < x.size(); ++i) energy -= body.m[i] * gravity.dot(x[i] - body.rest.positions[i]);
+    for (std::size_t i = 0; i < x.size(); ++i)
+        energy -= body.m[i] * gravity.dot(x[i] - body.rest.positions[i]);
     return energy;
 }
 

@@ -14,13 +14,15 @@ struct HomeFrame {
     Vector t = Vector::Zero();
 };
 
-/// The frame that minimises sum_i K_i |x_i - R q_i - t|^2 (polar decomposition); the identity for a held body.
-/// Then the inner springs exert no net force and no net torque.
+/// The frame that minimises sum_i K_i |x_i - R q_i - t|^2 (polar decomposition); the identity for a held
+/// body. Then the inner springs exert no net force and no net torque.
 HomeFrame home_frame(const Body& body, Positions x, Team& team);
 
-// Each force with its energy beside it; every force is minus the gradient of its energy. Forces are added to f [N], energies in [J].
+// Each force with its energy beside it; every force is minus the gradient of its energy. Forces are added to
+// f [N], energies in [J].
 
-/// sum_i K_i |x_i - h_i|^2 / 2. The frame's own change does not matter to first order, as the frame minimises this energy.
+/// sum_i K_i |x_i - h_i|^2 / 2. The frame's own change does not matter to first order, as the frame minimises
+/// this energy.
 double inner_energy(const Body& body, const HomeFrame& frame, Positions x);
 void add_inner_forces(const Body& body, const HomeFrame& frame, Positions x, std::span<Vector> f);
 
@@ -36,8 +38,8 @@ void add_gravity(const Body& body, const Vector& gravity, std::span<Vector> f);
 double load_energy(const Body& body, const Loads& loads, double time, Positions x);
 void add_loads(const Loads& loads, double time, std::span<Vector> f);
 
-/// Force of the surface springs on vertex i: sum_j k_ij (1 - l_ij / |d|) d, d = x_j - x_i. Nothing from a spring of no length,
-/// whose direction is not known.
+/// Force of the surface springs on vertex i: sum_j k_ij (1 - l_ij / |d|) d, d = x_j - x_i. Nothing from a
+/// spring of no length, whose direction is not known.
 inline Vector surface_force(const Body& body, const Vector* x, std::size_t i) {
     const Vector x_i = x[i];
     Vector f = Vector::Zero();

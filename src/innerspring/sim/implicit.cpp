@@ -16,7 +16,9 @@ std::vector<Index> pinned_vertices(const Loads& loads) {
     return pinned;
 }
 
-double dot(const auto& a, const auto& b) { return a.cwiseProduct(b).sum(); }
+double dot(const auto& a, const auto& b) {
+    return a.cwiseProduct(b).sum();
+}
 
 }  // namespace
 
@@ -28,7 +30,8 @@ ImplicitSolver::ImplicitSolver(const Body& body, double h) : body_(body), h_(h) 
         for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) {
             const Spoke& spoke = body.spokes[s];
             entries.emplace_back(int(i), int(i), spoke.k);
-            if (spoke.neighbour < i) entries.emplace_back(int(i), int(spoke.neighbour), -spoke.k);  // lower triangle
+            if (spoke.neighbour < i)
+                entries.emplace_back(int(i), int(spoke.neighbour), -spoke.k);  // lower triangle
         }
     }
     A_.resize(int(n), int(n));
@@ -46,7 +49,8 @@ void ImplicitSolver::factorize(const Loads& loads) {
     Eigen::SparseMatrix<double> A = A_;
     for (int column = 0; column < A.outerSize(); ++column)
         for (Eigen::SparseMatrix<double>::InnerIterator it(A, column); it; ++it)
-            if (is_pinned_[std::size_t(it.row())] || is_pinned_[std::size_t(it.col())]) it.valueRef() = it.row() == it.col() ? 1.0 : 0.0;
+            if (is_pinned_[std::size_t(it.row())] || is_pinned_[std::size_t(it.col())])
+                it.valueRef() = it.row() == it.col() ? 1.0 : 0.0;
     factor_.factorize(A);
     factorized_ = true;
 }
@@ -58,7 +62,9 @@ double ImplicitSolver::evaluate(const Field& x, Field& gradient, Team& team) con
     const Field velocity = (x - start_) / h_;
     const auto* velocities = reinterpret_cast<const Vector*>(velocity.data());
     const auto* start = reinterpret_cast<const Vector*>(start_.data());
-    const RigidMotion home = body_.free && body_.material.damping > 0 ? rigid_fit(body_, 0, start, velocities, team) : RigidMotion{};
+    const RigidMotion home = body_.free && body_.material.damping > 0
+                                 ? rigid_fit(body_, 0, start, velocities, team)
+                                 : RigidMotion{};
     std::vector<double> energy(block_count(n), 0.0);
     team.run(energy.size(), [&](std::size_t block) {
         for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
@@ -69,14 +75,18 @@ double ImplicitSolver::evaluate(const Field& x, Field& gradient, Team& team) con
             const double mass = body_.m[i] / (h_ * h_);
             double springs = 0;
             for (Index s = body_.spoke_start[i]; s < body_.spoke_start[i + 1]; ++s) {
-                const double stretch = (positions[body_.spokes[s].neighbour] - x_i).norm() - body_.spokes[s].rest;
+                const double stretch =
+                    (positions[body_.spokes[s].neighbour] - x_i).norm() - body_.spokes[s].rest;
                 springs += body_.spokes[s].k * stretch * stretch;
             }
             // An edge is seen from both ends: half of its energy at each.
-            energy[block] += (mass * to_target.squaredNorm() + h_ * body_.c[i] * slip.squaredNorm() + body_.K[i] * to_home.squaredNorm() +
-                              springs / 2) / 2;
-            const Vector g = is_pinned_[i] ? Vector(Vector::Zero())
-                                           : Vector(mass * to_target + body_.c[i] * slip + body_.K[i] * to_home - surface_force(body_, positions, i));
+            energy[block] += (mass * to_target.squaredNorm() + h_ * body_.c[i] * slip.squaredNorm() +
+                              body_.K[i] * to_home.squaredNorm() + springs / 2) /
+                             2;
+            const Vector g = is_pinned_[i]
+                                 ? Vector(Vector::Zero())
+                                 : Vector(mass * to_target + body_.c[i] * slip + body_.K[i] * to_home -
+                                          surface_force(body_, positions, i));
             gradient.row(int(i)) = g.transpose();
         }
     });
@@ -95,7 +105,8 @@ ImplicitSolver::Field ImplicitSolver::descend(const Field& gradient) const {
     }
     Field r(q.rows(), 3);
     for (int axis = 0; axis < 3; ++axis) r.col(axis) = factor_.solve(Eigen::VectorXd(q.col(axis)));
-    for (std::size_t n = 0; n < pairs_.size(); ++n) r += (alpha[n] - pairs_[n].inverse * dot(pairs_[n].y, r)) * pairs_[n].s;
+    for (std::size_t n = 0; n < pairs_.size(); ++n)
+        r += (alpha[n] - pairs_[n].inverse * dot(pairs_[n].y, r)) * pairs_[n].s;
     return -r;
 }
 
@@ -110,16 +121,20 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
     start_ = Eigen::Map<const Field>(state.x[0].data(), rows, 3);
     target_.resize(rows, 3);
     for (std::size_t i = 0; i < n; ++i)
-        target_.row(int(i)) = (state.x[i] + h_ * state.v[i] + h_ * h_ * (loads.gravity + external[i] / body_.m[i])).transpose();
+        target_.row(int(i)) =
+            (state.x[i] + h_ * state.v[i] + h_ * h_ * (loads.gravity + external[i] / body_.m[i])).transpose();
 
-    // From the better of "stay" and "fly on": Phi then only falls, so the energy never exceeds what the loads and inertia bring.
+    // From the better of "stay" and "fly on": Phi then only falls, so the energy never exceeds what the loads
+    // and inertia bring.
     Field x = start_, gradient(rows, 3), other = target_, other_gradient(rows, 3);
     for (const Pin& pin : loads.pins) {
         const Vector offset = offset_at(pin, time);
-        for (Index i : pin.vertices) x.row(int(i)) = other.row(int(i)) = (body_.rest.positions[i] + offset).transpose();
+        for (Index i : pin.vertices)
+            x.row(int(i)) = other.row(int(i)) = (body_.rest.positions[i] + offset).transpose();
     }
     double value = evaluate(x, gradient, team);
-    // The forces of the step: what inertia and loads bring, and what is out of balance if nothing moves but the pins.
+    // The forces of the step: what inertia and loads bring, and what is out of balance if nothing moves but
+    // the pins.
     double scale2 = 0;
     for (std::size_t i = 0; i < n; ++i)
         scale2 += ((target_.row(int(i)) - start_.row(int(i))) * (body_.m[i] / (h_ * h_))).squaredNorm();
@@ -155,7 +170,8 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             ++report.iterations;
             // Near the minimum the value no longer resolves a gain that the gradient still shows.
             const bool gain = v <= value + 1e-4 * length * slope;
-            const bool flat = std::abs(v - value) <= 1e-13 * std::abs(value) && other_gradient.norm() < report.residual;
+            const bool flat =
+                std::abs(v - value) <= 1e-13 * std::abs(value) && other_gradient.norm() < report.residual;
             if (gain || flat) {
                 found = true;
                 value = v;

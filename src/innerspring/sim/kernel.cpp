@@ -7,7 +7,9 @@ namespace innerspring {
 namespace {
 
 /// False for NaN, infinities, and what is about to overflow.
-bool finite(const Vector& x, const Vector& v) { return x.squaredNorm() + v.squaredNorm() < 1e200; }
+bool finite(const Vector& x, const Vector& v) {
+    return x.squaredNorm() + v.squaredNorm() < 1e200;
+}
 
 template <bool Held>
 Vector velocity_after(const KernelStep& s, std::size_t i) {
@@ -72,17 +74,19 @@ RigidMotion rigid_fit(const Body& body, double h, const Vector* x, const Vector*
         }
     });
     Sums total;
-    for (const Sums& b : blocks) total.w += b.w, total.x += b.x, total.v += b.v, total.xv += b.xv, total.xx += b.xx;
+    for (const Sums& b : blocks)
+        total.w += b.w, total.x += b.x, total.v += b.v, total.xv += b.xv, total.xx += b.xx;
     RigidMotion motion;
     if (!(total.w > 0)) return motion;
     const Vector centre = total.x / total.w;
     motion.centre = x0 + centre;
     motion.linear = total.v / total.w;
-    const Vector spin = total.xv - centre.cross(total.v);                                // sum w r x v about the weighted mean
-    const Eigen::Matrix3d spread = total.xx - total.w * centre * centre.transpose();    // sum w r r^T about it
+    const Vector spin = total.xv - centre.cross(total.v);  // sum w r x v about the weighted mean
+    const Eigen::Matrix3d spread = total.xx - total.w * centre * centre.transpose();  // sum w r r^T about it
     const Eigen::Matrix3d inertia = spread.trace() * Eigen::Matrix3d::Identity() - spread;
     motion.angular = inertia.ldlt().solve(spin);
-    if (!motion.angular.allFinite()) motion.angular.setZero();  // all mass on a line: no rotation is determined, none is damped
+    if (!motion.angular.allFinite())
+        motion.angular.setZero();  // all mass on a line: no rotation is determined, none is damped
     return motion;
 }
 

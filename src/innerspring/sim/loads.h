@@ -5,7 +5,8 @@
 
 namespace innerspring {
 
-/// A factor over time: linear between points (time [s], factor), constant before the first and after the last; empty means 1.
+/// A factor over time: linear between points (time [s], factor), constant before the first and after the
+/// last; empty means 1.
 struct Profile {
     std::vector<std::pair<double, double>> points;
 };
@@ -23,14 +24,16 @@ struct Force {
 /// All of it on one vertex.
 Force point_force(Index vertex, const Vector& newton);
 
-/// Spread over the radius of influence r [m] around a vertex with weights (1 - (d/r)^2)^2 A_i, normalised; d is the straight distance
-/// at rest, and only vertices connected to the first within the radius count, so that it does not leak through a thin wall.
+/// Spread over the radius of influence r [m] around a vertex with weights (1 - (d/r)^2)^2 A_i, normalised; d
+/// is the straight distance at rest, and only vertices connected to the first within the radius count, so
+/// that it does not leak through a thin wall.
 Force patch_force(const Body& body, Index vertex, double radius, const Vector& newton);
 
 /// Vertices that do not answer to forces: they stay at rest position + offset(time).
 struct Pin {
     std::vector<Index> vertices;
-    std::vector<std::pair<double, Vector>> path;  ///< (time [s], offset [m]), linear between; empty: held at rest position
+    std::vector<std::pair<double, Vector>>
+        path;  ///< (time [s], offset [m]), linear between; empty: held at rest position
 };
 Vector offset_at(const Pin& pin, double time);
 
@@ -40,7 +43,8 @@ struct Loads {
     std::vector<Pin> pins;
 };
 
-/// Throws InputError if a vertex is out of range, a number not finite, a profile or path not increasing in time, or a vertex pinned twice.
+/// Throws InputError if a vertex is out of range, a number not finite, a profile or path not increasing in
+/// time, or a vertex pinned twice.
 void require_valid(const Body& body, const Loads& loads);
 
 }  // namespace innerspring

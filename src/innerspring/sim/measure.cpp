@@ -13,7 +13,8 @@ Measures measure(const Body& body, const Loads& loads, const State& state) {
     Team alone(1);
     const HomeFrame frame = home_frame(body, state.x, alone);
     now.elastic = inner_energy(body, frame, state.x) + surface_energy(body, state.x);
-    now.potential = gravity_energy(body, loads.gravity, state.x) + load_energy(body, loads, state.time, state.x);
+    now.potential =
+        gravity_energy(body, loads.gravity, state.x) + load_energy(body, loads, state.time, state.x);
     Vector squares = Vector::Zero();
     for (std::size_t i = 0; i < n; ++i) {
         now.kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
@@ -24,7 +25,8 @@ Measures measure(const Body& body, const Loads& loads, const State& state) {
     for (std::size_t i = 0; i < n; ++i)
         squares += (state.x[i] - body.rest.positions[i] - now.mean_displacement).cwiseAbs2() / double(n);
     now.std_displacement = squares.cwiseSqrt();
-    for (const Force& f : loads.forces) now.force.push_back(std::abs(at(f.profile, state.time)) * f.newton.stableNorm());
+    for (const Force& f : loads.forces)
+        now.force.push_back(std::abs(at(f.profile, state.time)) * f.newton.stableNorm());
     return now;
 }
 

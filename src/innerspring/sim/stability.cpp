@@ -25,6 +25,8 @@ double largest_eigenvalue_bound(const Body& body, int iterations) {
     return bound;
 }
 
-double largest_stable_step(const Body& body) { return 2 / std::sqrt(largest_eigenvalue_bound(body)); }
+double largest_stable_step(const Body& body) {
+    return 2 / std::sqrt(largest_eigenvalue_bound(body));
+}
 
 }  // namespace innerspring

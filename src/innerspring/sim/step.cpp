@@ -15,9 +15,12 @@ namespace innerspring {
 
 std::string_view to_string(Integrator integrator) {
     switch (integrator) {
-        case Integrator::automatic: return "auto";
-        case Integrator::symplectic: return "symplectic";
-        case Integrator::implicit: return "implicit";
+        case Integrator::automatic:
+            return "auto";
+        case Integrator::symplectic:
+            return "symplectic";
+        case Integrator::implicit:
+            return "implicit";
     }
     return "?";
 }
@@ -40,9 +43,12 @@ struct Workspace::Data {
 
 namespace {
 
-/// An implicit step costs about as much as this many sub-steps (bench/, bench_step): beyond it `auto` goes implicit. The finer the
-/// surface, the more iterations it takes: 100 to 450 were measured at 642 vertices, 600 to 4000 at 10242.
-double implicit_pays_from(std::size_t vertices) { return 12 * std::sqrt(double(vertices)); }
+/// An implicit step costs about as much as this many sub-steps (bench/, bench_step): beyond it `auto` goes
+/// implicit. The finer the surface, the more iterations it takes: 100 to 450 were measured at 642 vertices,
+/// 600 to 4000 at 10242.
+double implicit_pays_from(std::size_t vertices) {
+    return 12 * std::sqrt(double(vertices));
+}
 
 Index first_bad(const std::vector<Index>& blocks) {
     for (Index i : blocks)
@@ -64,7 +70,11 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
         add_loads(loads, state.time, w.external);
         external = w.external.data();
     }
-    const KernelStep s{body, home_frame(body, state.x, w.team), loads.gravity, h, external, state.x.data(), state.v.data(), w.x.data(), w.v.data()};
+    const KernelStep s{body,           home_frame(body, state.x, w.team),
+                       loads.gravity,  h,
+                       external,       state.x.data(),
+                       state.v.data(), w.x.data(),
+                       w.v.data()};
     const double time = state.time + h;
     auto move_pins = [&] {
         for (const Pin& pin : loads.pins) {
@@ -81,8 +91,11 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
     } else {
         bad = each_block([&](std::size_t first, std::size_t last) { return accelerate(s, first, last); });
         move_pins();  // what pinned vertices really do is part of the motion that is not damped
-        const RigidMotion home = body.material.damping > 0 ? rigid_fit(body, h, s.x, s.v_out, w.team) : RigidMotion{};
-        if (bad == no_index) bad = each_block([&](std::size_t first, std::size_t last) { return damp_and_move(s, home, first, last); });
+        const RigidMotion home =
+            body.material.damping > 0 ? rigid_fit(body, h, s.x, s.v_out, w.team) : RigidMotion{};
+        if (bad == no_index)
+            bad = each_block(
+                [&](std::size_t first, std::size_t last) { return damp_and_move(s, home, first, last); });
     }
     // Zero again, so that nothing is left of these loads when others come.
     for (const Force& f : loads.forces)
@@ -98,35 +111,49 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
 }  // namespace
 
 Workspace::Workspace(const Body& body, const StepOptions& options) {
-    if (!(options.dt > 0 && std::isfinite(options.dt))) throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
+    if (!(options.dt > 0 && std::isfinite(options.dt)))
+        throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
     const double stable = step_safety * largest_stable_step(body);
     const double wanted = std::ceil(options.dt / stable);
     Integrator integrator = options.integrator;
     if (integrator == Integrator::automatic)
-        integrator = wanted <= std::min(implicit_pays_from(body.vertices()), double(options.max_substeps)) ? Integrator::symplectic : Integrator::implicit;
+        integrator = wanted <= std::min(implicit_pays_from(body.vertices()), double(options.max_substeps))
+                         ? Integrator::symplectic
+                         : Integrator::implicit;
     if (integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
-        throw InputError(fmt::format("symplectic Euler would need {:.0f} sub-steps of {:.3g} s for dt = {:g} s (at most {} are allowed); "
-                                     "use a smaller dt, or the integrator auto or implicit", wanted, stable, options.dt, options.max_substeps));
+        throw InputError(
+            fmt::format("symplectic Euler would need {:.0f} sub-steps of {:.3g} s for dt = {:g} s (at most "
+                        "{} are allowed); "
+                        "use a smaller dt, or the integrator auto or implicit",
+                        wanted, stable, options.dt, options.max_substeps));
     data.reset(new Data{options, integrator, 1, Team(options.threads), {}, {}, {}, {}, {}});
     data->x.assign(body.vertices(), Vector::Zero());
     data->v = data->external = data->x;
     data->not_finite.assign(block_count(body.vertices()), no_index);
-    if (integrator == Integrator::symplectic) data->substeps = std::max(1, int(wanted));
-    else data->implicit.emplace(body, options.dt);
+    if (integrator == Integrator::symplectic)
+        data->substeps = std::max(1, int(wanted));
+    else
+        data->implicit.emplace(body, options.dt);
 }
 
 Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 
-Integrator Workspace::integrator() const { return data->integrator; }
-int Workspace::substeps() const { return data->substeps; }
+Integrator Workspace::integrator() const {
+    return data->integrator;
+}
+int Workspace::substeps() const {
+    return data->substeps;
+}
 
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace) {
     Workspace::Data& w = *workspace.data;
     // A run from time 0 with one dt is at n dt, not at a sum of n roundings.
     const double dt = w.options.dt, counted = double(state.steps) * dt;
-    const double end = std::abs(state.time - counted) < 1e-9 * counted || state.time == counted ? double(state.steps + 1) * dt : state.time + dt;
+    const double end = std::abs(state.time - counted) < 1e-9 * counted || state.time == counted
+                           ? double(state.steps + 1) * dt
+                           : state.time + dt;
     StepReport report;
     if (w.implicit) {
         report = w.implicit->step(loads, w.options, state, w.team);

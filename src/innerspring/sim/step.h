@@ -16,27 +16,30 @@ std::string_view to_string(Integrator integrator);
 Integrator parse_integrator(std::string_view text);  ///< "auto", "symplectic", "implicit"; throws InputError
 
 struct StepOptions {
-    double dt = 0.01;                                ///< [s]
+    double dt = 0.01;  ///< [s]
     Integrator integrator = Integrator::automatic;
-    int threads = 1;                                 ///< any number gives the same bits; 0: all cores
-    int max_substeps = 100000;                       ///< symplectic: more than this is refused
-    double tolerance = 1e-5;                         ///< implicit: residual relative to the forces of the step (inertia, loads, springs)
-    int max_iterations = 500;                        ///< implicit: per step
+    int threads = 1;            ///< any number gives the same bits; 0: all cores
+    int max_substeps = 100000;  ///< symplectic: more than this is refused
+    double tolerance =
+        1e-5;  ///< implicit: residual relative to the forces of the step (inertia, loads, springs)
+    int max_iterations = 500;  ///< implicit: per step
 };
 
 /// What a step did.
 struct StepReport {
-    int substeps = 0;              ///< symplectic Euler steps taken
-    int iterations = 0;            ///< implicit: evaluations of the forces
-    double residual = 0;           ///< implicit: Euclidean norm of what is left [N]
-    bool converged = true;         ///< implicit: residual below the tolerance
-    Index not_finite = no_index;   ///< first vertex that left the numbers; the state is then the last good one
+    int substeps = 0;             ///< symplectic Euler steps taken
+    int iterations = 0;           ///< implicit: evaluations of the forces
+    double residual = 0;          ///< implicit: Euclidean norm of what is left [N]
+    bool converged = true;        ///< implicit: residual below the tolerance
+    Index not_finite = no_index;  ///< first vertex that left the numbers; the state is then the last good one
 };
 
-/// Scratch memory, threads and factorisations for stepping one body with one set of options. May be thrown away between steps.
+/// Scratch memory, threads and factorisations for stepping one body with one set of options. May be thrown
+/// away between steps.
 class Workspace {
   public:
-    /// Throws InputError if dt is not positive and finite, or if symplectic Euler was asked for and would need more than max_substeps.
+    /// Throws InputError if dt is not positive and finite, or if symplectic Euler was asked for and would
+    /// need more than max_substeps.
     Workspace(const Body& body, const StepOptions& options);
     ~Workspace();
     Workspace(Workspace&&) noexcept;
@@ -49,8 +52,8 @@ class Workspace {
     std::unique_ptr<Data> data;
 };
 
-/// Advances `state` by dt. Allocates nothing in symplectic Euler after the first step. The same bits for any number of threads.
-/// `loads` must be valid (require_valid).
+/// Advances `state` by dt. Allocates nothing in symplectic Euler after the first step. The same bits for any
+/// number of threads. `loads` must be valid (require_valid).
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace);
 
 }  // namespace innerspring

@@ -19,14 +19,16 @@ Team::~Team() {
 
 void Team::share(std::size_t rank) const {
     const std::size_t n = workers_.size() + 1;
-    for (std::size_t block = blocks_ * rank / n; block < blocks_ * (rank + 1) / n; ++block) call_(loop_, block);
+    for (std::size_t block = blocks_ * rank / n; block < blocks_ * (rank + 1) / n; ++block)
+        call_(loop_, block);
 }
 
 void Team::work(std::size_t rank) {
     unsigned seen = 0;
     for (;;) {
         // Work comes again within microseconds during a run: look for it a while before going to sleep.
-        for (int spin = 0; spin < 2000 && round_.load(std::memory_order_acquire) == seen; ++spin) std::this_thread::yield();
+        for (int spin = 0; spin < 2000 && round_.load(std::memory_order_acquire) == seen; ++spin)
+            std::this_thread::yield();
         round_.wait(seen, std::memory_order_acquire);
         ++seen;
         if (stop_) return;
@@ -45,8 +47,10 @@ void Team::run_erased(std::size_t blocks, void* loop, Call call) {
     round_.fetch_add(1, std::memory_order_release);
     round_.notify_all();
     share(0);
-    for (unsigned left = busy_.load(std::memory_order_acquire); left != 0; left = busy_.load(std::memory_order_acquire)) {
-        for (int spin = 0; spin < 2000 && busy_.load(std::memory_order_acquire) == left; ++spin) std::this_thread::yield();
+    for (unsigned left = busy_.load(std::memory_order_acquire); left != 0;
+         left = busy_.load(std::memory_order_acquire)) {
+        for (int spin = 0; spin < 2000 && busy_.load(std::memory_order_acquire) == left; ++spin)
+            std::this_thread::yield();
         busy_.wait(left, std::memory_order_acquire);
     }
 }

@@ -7,8 +7,8 @@
 
 namespace innerspring {
 
-/// Threads that run the blocks of a loop. Which thread runs which block is fixed, and a loop body that only writes its own block
-/// gives the same bits for any number of threads.
+/// Threads that run the blocks of a loop. Which thread runs which block is fixed, and a loop body that only
+/// writes its own block gives the same bits for any number of threads.
 class Team {
   public:
     explicit Team(int threads);  ///< 0: all cores
@@ -21,9 +21,10 @@ class Team {
     /// Calls loop(block) for every block in [0, blocks) and returns when all are done. `loop` must not throw.
     template <class Loop>
     void run(std::size_t blocks, Loop&& loop) {
-        run_erased(blocks, const_cast<void*>(static_cast<const void*>(&loop)), [](void* self, std::size_t block) {
-            (*static_cast<std::remove_reference_t<Loop>*>(self))(block);
-        });
+        run_erased(blocks, const_cast<void*>(static_cast<const void*>(&loop)),
+                   [](void* self, std::size_t block) {
+                       (*static_cast<std::remove_reference_t<Loop>*>(self))(block);
+                   });
     }
 
   private:
@@ -41,8 +42,11 @@ class Team {
     Call call_ = nullptr;
 };
 
-/// Vertices in a block: small enough to share out, large enough to be worth a call. Sums over vertices go block by block.
+/// Vertices in a block: small enough to share out, large enough to be worth a call. Sums over vertices go
+/// block by block.
 inline constexpr std::size_t block_size = 512;
-inline std::size_t block_count(std::size_t n) { return (n + block_size - 1) / block_size; }
+inline std::size_t block_count(std::size_t n) {
+    return (n + block_size - 1) / block_size;
+}
 
 }  // namespace innerspring
