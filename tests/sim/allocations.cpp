@@ -15,7 +15,7 @@ long allocations() {
 }
 }  // namespace innerspring::support
 
-#if INNERSPRING_COUNTS_ALLOCATIONS
+#if !INNERSPRING_SANITIZED
 
 namespace {
 void* counted(std::size_t size, std::size_t alignment) {

@@ -91,7 +91,7 @@ TEST(Gravity, AnOffCentreSphereChangesVolumeAtFirstOrder) {
 
 TEST(Gravity, AboutTheCentroidVolumeChangesAtSecondOrderOnly) {
     for (const char* shape :
-         {"ellipsoid:vertices=2000", "ellipsoid:vertices=2000,a=1,b=1.5,c=0.8", "capsule:vertices=1500"}) {
+         {"ellipsoid:vertices=1000", "ellipsoid:vertices=1000,a=1,b=1.5,c=0.8", "capsule:vertices=1000"}) {
         BodyRecipe recipe;
         const Body body = make_body(shape, recipe);
         ASSERT_EQ(body.centre.kind, CentreKind::centroid);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -107,6 +108,8 @@ struct Writer {
         PictureOptions options;
         options.title = title;
         options.legend = "displacement [m]";
+        options.high =
+            *std::max_element(u.begin(), u.end());  // from 0: a body that only sinks has one colour
         write_whole(directory / "picture.png", to_png(draw(state.x, body.rest.triangles, u, options)));
     }
 };

@@ -151,6 +151,8 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
 
     StepReport report;
     pairs_.clear();
+    // What rounding of the positions does to the value.
+    const double noise = 1e-15 * std::sqrt(scale2) * x.norm();
     const double goal = options.tolerance * std::sqrt(scale2);
     report.residual = gradient.norm();
     while (report.residual > goal && report.iterations < options.max_iterations) {
@@ -170,8 +172,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             ++report.iterations;
             // Near the minimum the value no longer resolves a gain that the gradient still shows.
             const bool gain = v <= value + 1e-4 * length * slope;
-            const bool flat =
-                std::abs(v - value) <= 1e-13 * std::abs(value) && other_gradient.norm() < report.residual;
+            const bool flat = std::abs(v - value) <= noise && other_gradient.norm() < report.residual;
             if (gain || flat) {
                 found = true;
                 value = v;

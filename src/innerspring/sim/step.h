@@ -35,7 +35,7 @@ struct StepReport {
 };
 
 /// Scratch memory, threads and factorisations for stepping one body with one set of options. May be thrown
-/// away between steps.
+/// away between steps. Keeps a reference to the body, which must stay where it is.
 class Workspace {
   public:
     /// Throws InputError if dt is not positive and finite, or if symplectic Euler was asked for and would
@@ -52,8 +52,8 @@ class Workspace {
     std::unique_ptr<Data> data;
 };
 
-/// Advances `state` by dt. Allocates nothing in symplectic Euler after the first step. The same bits for any
-/// number of threads. `loads` must be valid (require_valid).
+/// Advances `state` by dt. For a held body symplectic Euler allocates nothing after the first step. The same
+/// bits for any number of threads. `loads` must be valid (require_valid).
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace);
 
 }  // namespace innerspring
