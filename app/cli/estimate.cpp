@@ -29,17 +29,19 @@ void print_quartiles(std::string_view label, const Quartiles& q) {
 
 void print(const EstimateReport& r) {
     const Estimate& e = r.estimate;
-    fmt::print("{}: {} vertices, {} triangles, scheme {}\n", r.mesh_name, r.vertices, r.triangles,
-               to_string(r.scheme));
-    print_row("centre", fmt::format("{} at ({:.4g}, {:.4g}, {:.4g}) m: {}", to_string(r.centre.kind),
-                                    r.centre.position.x(), r.centre.position.y(), r.centre.position.z(),
-                                    r.centre.reason));
+    fmt::print("{}: {} vertices, {} triangles, scheme {}\n", r.subject.mesh_name, r.subject.vertices,
+               r.subject.triangles, to_string(r.subject.scheme));
+    print_row("centre", fmt::format("{} at ({:.4g}, {:.4g}, {:.4g}) m: {}", to_string(r.subject.centre.kind),
+                                    r.subject.centre.position.x(), r.subject.centre.position.y(),
+                                    r.subject.centre.position.z(), r.subject.centre.reason));
     print_row("volume, radius R",
-              fmt::format("{:.6g} m^3, {:.6g} m", r.volume_m3, volume_radius(r.volume_m3)));
+              fmt::format("{:.6g} m^3, {:.6g} m", r.subject.volume_m3, volume_radius(r.subject.volume_m3)));
     print_row("material",
-              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}", r.material_name,
-                          r.material.mass, r.material.young, r.material.surface, r.material.damping));
-    print_row("M g/(E R^2), E_s/(E R)", fmt::format("{:.4g}, {:.4g}", r.groups.weight, r.groups.surface));
+              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}",
+                          r.subject.material_name, r.subject.material.mass, r.subject.material.young,
+                          r.subject.material.surface, r.subject.material.damping));
+    print_row("M g/(E R^2), E_s/(E R)",
+              fmt::format("{:.4g}, {:.4g}", r.subject.groups.weight, r.subject.groups.surface));
     fmt::print("\n  {:<24} {:>11} {:>11} {:>11} {:>11} {:>11}\n", "", "min", "lower", "median", "upper",
                "max");
     print_quartiles("m_i [kg]", e.m);
@@ -47,7 +49,7 @@ void print(const EstimateReport& r) {
     print_quartiles("k_e [N/m]", e.k);
     print_quartiles("L_i [m]", e.L);
     fmt::print("\n");
-    print_row("sum of m_i", fmt::format("{:.12g} kg (M = {:.12g} kg)", e.mass_sum, r.material.mass));
+    print_row("sum of m_i", fmt::format("{:.12g} kg (M = {:.12g} kg)", e.mass_sum, r.subject.material.mass));
     print_row("sum of K_i", fmt::format("{:.6g} N/m (theory, sum of E A_i/L_i: {:.6g} N/m)", e.stiffness_sum,
                                         e.stiffness_theory));
     print_row("centre of mass shift", fmt::format("{:.3g} m from the volume centroid", e.mass_shift.norm()));
@@ -64,17 +66,7 @@ int run(const Arguments& a) {
     const Body& body = setup.body;
     print_notes(setup.notes, a.output.quiet);
 
-    const EstimateReport report{body.rest.name,
-                                body.vertices(),
-                                body.rest.triangles.size(),
-                                body.volume,
-                                body.scheme,
-                                body.centre,
-                                scene.material_name,
-                                body.material,
-                                dimensionless_groups(body, 9.81, 0),
-                                estimate(body),
-                                largest_stable_step(body),
+    const EstimateReport report{describe(scene, setup), estimate(body), largest_stable_step(body),
                                 setup.notes};
     if (!a.csv.empty()) {
         std::string text = "vertex,x_m,y_m,z_m,L_m,m_kg,K_n_m,c_n_s_m\n";

@@ -36,14 +36,15 @@ void show(const Progress& p) {
 }
 
 void print(const Summary& s, const std::string& directory) {
-    fmt::print("{}: {} vertices, {} triangles, scheme {}, {:.6g} m^3\n", s.mesh_name, s.vertices, s.triangles,
-               to_string(s.scheme), s.volume_m3);
-    print_row("centre", fmt::format("{}: {}", to_string(s.centre.kind), s.centre.reason));
+    fmt::print("{}: {} vertices, {} triangles, scheme {}, {:.6g} m^3\n", s.subject.mesh_name,
+               s.subject.vertices, s.subject.triangles, to_string(s.subject.scheme), s.subject.volume_m3);
+    print_row("centre", fmt::format("{}: {}", to_string(s.subject.centre.kind), s.subject.centre.reason));
     print_row("material",
-              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}", s.material_name,
-                          s.material.mass, s.material.young, s.material.surface, s.material.damping));
-    print_row("M g/ER^2, E_s/ER, F/ER^2",
-              fmt::format("{:.4g}, {:.4g}, {:.4g}", s.groups.weight, s.groups.surface, s.groups.force));
+              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}",
+                          s.subject.material_name, s.subject.material.mass, s.subject.material.young,
+                          s.subject.material.surface, s.subject.material.damping));
+    print_row("M g/ER^2, E_s/ER, F/ER^2", fmt::format("{:.4g}, {:.4g}, {:.4g}", s.subject.groups.weight,
+                                                      s.subject.groups.surface, s.subject.groups.force));
     print_row("time", fmt::format("{:.6g} s in {} steps of {:g} s ({}, {} sub-steps)", s.duration_s, s.steps,
                                   s.dt_s, to_string(s.integrator), s.substeps));
     print_row(

@@ -121,7 +121,7 @@ TEST(Run, ARunThatWasKilledAnywhereCanBeResumed) {
         usleep(useconds_t(3000 + 17000 * round));
         kill(child, SIGKILL);
         waitpid(child, nullptr, 0);
-        EXPECT_NO_THROW(read_state(killed.path / "state.bin", through.vertices)) << round;
+        EXPECT_NO_THROW(read_state(killed.path / "state.bin", through.subject.vertices)) << round;
     }
     const Summary resumed = run(scene, {.directory = killed.path, .resume = true});
     EXPECT_EQ(resumed.state_hash, through.state_hash);
@@ -173,7 +173,7 @@ TEST(Run, ABlowUpKeepsTheLastGoodStateAndSaysWhere) {
     const Summary s = run(scene, {.directory = folder.path});
     EXPECT_NE(s.failure.find("vertex"), std::string::npos) << s.failure;
     EXPECT_NE(s.failure.find("t = 0.1"), std::string::npos) << s.failure;
-    const SavedState saved = read_state(folder.path / "state.bin", s.vertices);
+    const SavedState saved = read_state(folder.path / "state.bin", s.subject.vertices);
     for (const Vector& x : saved.state.x) ASSERT_TRUE(x.allFinite());
     EXPECT_EQ(saved.state.steps, s.steps);
     EXPECT_EQ(content(folder.path / "series.csv").find("nan"), std::string::npos);

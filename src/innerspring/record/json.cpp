@@ -45,13 +45,7 @@ Json five(const Quartiles& q) {
     return {{"min", q.min}, {"lower", q.lower}, {"median", q.median}, {"upper", q.upper}, {"max", q.max}};
 }
 
-std::string_view name(Verdict v) {
-    return v == Verdict::fine ? "fine" : v == Verdict::usable ? "usable" : "unusable";
-}
-
-}  // namespace
-
-std::string to_json(const Summary& s) {
+Json head(const Subject& s) {
     Json j;
     j["version"] = version;
     j["mesh"] = mesh(s.mesh_name, s.vertices, s.triangles, s.volume_m3);
@@ -59,6 +53,17 @@ std::string to_json(const Summary& s) {
     j["centre"] = centre(s.centre);
     j["material"] = material(s.material_name, s.material);
     j["groups"] = groups(s.groups);
+    return j;
+}
+
+std::string_view name(Verdict v) {
+    return v == Verdict::fine ? "fine" : v == Verdict::usable ? "usable" : "unusable";
+}
+
+}  // namespace
+
+std::string to_json(const Summary& s) {
+    Json j = head(s.subject);
     j["integrator"] = to_string(s.integrator);
     j["dt_s"] = s.dt_s;
     j["substeps"] = s.substeps;
@@ -109,13 +114,7 @@ std::string to_json(const CheckReport& r, const std::string& mesh_name) {
 }
 
 std::string to_json(const EstimateReport& r) {
-    Json j;
-    j["version"] = version;
-    j["mesh"] = mesh(r.mesh_name, r.vertices, r.triangles, r.volume_m3);
-    j["scheme"] = to_string(r.scheme);
-    j["centre"] = centre(r.centre);
-    j["material"] = material(r.material_name, r.material);
-    j["groups"] = groups(r.groups);
+    Json j = head(r.subject);
     j["m_kg"] = five(r.estimate.m);
     j["K_n_m"] = five(r.estimate.K);
     j["k_n_m"] = five(r.estimate.k);

@@ -13,14 +13,7 @@ std::string to_json(const CheckReport& report, const std::string& mesh_name);
 
 /// What `innerspring estimate` found.
 struct EstimateReport {
-    std::string mesh_name;
-    std::size_t vertices = 0, triangles = 0;
-    double volume_m3 = 0;
-    Scheme scheme = Scheme::C;
-    Centre centre;
-    std::string material_name;
-    Material material;
-    Groups groups;
+    Subject subject;
     Estimate estimate;
     double largest_stable_step_s = 0;
     std::vector<std::string> warnings;

@@ -148,17 +148,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
     const std::uint64_t total = scene.equilibrium ? 0 : step_count(scene);
 
     Summary summary;
-    summary.mesh_name = body.rest.name;
-    summary.vertices = body.vertices();
-    summary.triangles = body.rest.triangles.size();
-    summary.volume_m3 = body.volume;
-    summary.scheme = body.scheme;
-    summary.centre = body.centre;
-    summary.material_name = scene.material_name;
-    summary.material = body.material;
-    double force = 0;
-    for (const Force& f : loads.forces) force = std::max(force, f.newton.stableNorm());
-    summary.groups = dimensionless_groups(body, loads.gravity.norm(), force);
+    summary.subject = describe(scene, setup);
     summary.warnings = std::move(setup.notes);
     summary.dt_s = scene.step.dt;
 

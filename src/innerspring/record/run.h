@@ -2,7 +2,6 @@
 #include <atomic>
 #include <functional>
 
-#include "innerspring/body/estimate.h"
 #include "innerspring/record/series.h"
 #include "innerspring/record/setup.h"
 #include "innerspring/sim/equilibrium.h"
@@ -24,14 +23,7 @@ struct RunOptions {
 
 /// How a run ended and what it found; what summary.json holds.
 struct Summary {
-    std::string mesh_name;
-    std::size_t vertices = 0, triangles = 0;
-    double volume_m3 = 0;
-    Scheme scheme = Scheme::C;
-    Centre centre;
-    std::string material_name;
-    Material material;  ///< resolved
-    Groups groups;      ///< with the largest force
+    Subject subject;
     Integrator integrator = Integrator::symplectic;
     double dt_s = 0;
     int substeps = 1;

@@ -137,4 +137,14 @@ Setup set_up(const Scene& scene) {
     return setup;
 }
 
+Subject describe(const Scene& scene, const Setup& setup) {
+    const Body& body = setup.body;
+    double force = 0;
+    for (const Force& f : setup.loads.forces) force = std::max(force, f.newton.stableNorm());
+    return {
+        body.rest.name,      body.vertices(), body.rest.triangles.size(),
+        body.volume,         body.scheme,     body.centre,
+        scene.material_name, body.material,   dimensionless_groups(body, setup.loads.gravity.norm(), force)};
+}
+
 }  // namespace innerspring

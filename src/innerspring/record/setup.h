@@ -1,4 +1,5 @@
 #pragma once
+#include "innerspring/body/estimate.h"
 #include "innerspring/record/scene.h"
 
 namespace innerspring {
@@ -22,6 +23,19 @@ struct Setup {
     std::vector<std::string> notes;
 };
 Setup set_up(const Scene& scene);
+
+/// What was estimated or simulated: the head of every result.
+struct Subject {
+    std::string mesh_name;
+    std::size_t vertices = 0, triangles = 0;
+    double volume_m3 = 0;
+    Scheme scheme = Scheme::C;
+    Centre centre;
+    std::string material_name;
+    Material material;  ///< resolved
+    Groups groups;      ///< with the weight under the scene's gravity and its largest force
+};
+Subject describe(const Scene& scene, const Setup& setup);
 
 /// A force of the scene on this body: place, direction, weights and profile worked out. Throws InputError.
 Force to_force(const SceneForce& force, const Body& body);
