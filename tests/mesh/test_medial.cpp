@@ -57,8 +57,8 @@ double gravity_volume_change(const SurfaceMesh& mesh, const std::vector<double>&
 
 TEST(Medial, SphereGivesItsRadiusOnAnyTriangulation) {
     for (const char* s :
-         {"sphere:vertices=100", "sphere", "sphere:vertices=20000", "sphere:irregularity=50,vertices=300",
-          "sphere:irregularity=10,vertices=5000", "icosphere:vertices=2000", "icosphere:vertices=12"}) {
+         {"sphere:vertices=100", "sphere", "sphere:vertices=6000", "sphere:irregularity=50,vertices=300",
+          "sphere:irregularity=10,vertices=3000", "icosphere:vertices=2000", "icosphere:vertices=12"}) {
         SCOPED_TRACE(s);
         const SurfaceMesh mesh = make_shape(s);
         const std::vector<double> radii = medial_radii(mesh);
@@ -69,7 +69,7 @@ TEST(Medial, SphereGivesItsRadiusOnAnyTriangulation) {
 
 TEST(Medial, SlabGivesHalfItsThickness) {
     for (const char* s :
-         {"plate:aspect=10,vertices=500", "plate:aspect=10,vertices=20000", "plate:aspect=50,vertices=300"}) {
+         {"plate:aspect=10,vertices=500", "plate:aspect=10,vertices=5000", "plate:aspect=50,vertices=300"}) {
         SCOPED_TRACE(s);
         const SurfaceMesh mesh = make_shape(s);
         const std::vector<double> radii = medial_radii(mesh);
@@ -86,7 +86,7 @@ TEST(Medial, SlabGivesHalfItsThickness) {
 }
 
 TEST(Medial, TorusAndCapsuleGiveTheirTube) {
-    for (const char* s : {"torus:vertices=4000", "capsule:vertices=4000", "torus:ratio=5,vertices=4000"}) {
+    for (const char* s : {"torus:vertices=2000", "capsule:vertices=2000", "torus:ratio=5,vertices=2000"}) {
         SCOPED_TRACE(s);
         const SurfaceMesh mesh = make_shape(s);
         const auto [lower, upper] = bounding_box(mesh.positions);
@@ -99,7 +99,7 @@ TEST(Medial, TorusAndCapsuleGiveTheirTube) {
 }
 
 TEST(Medial, FineMeshesAreNoNoisierThanCoarseOnes) {
-    const auto radii = medial_radii(make_shape("organ:vertices=20000"));
+    const auto radii = medial_radii(make_shape("organ:vertices=8000"));
     const auto coarse = medial_radii(make_shape("organ:vertices=2000"));
     EXPECT_NEAR(median(radii), median(coarse), 0.03);
     EXPECT_GT(*std::min_element(radii.begin(), radii.end()), 0.05);

@@ -11,6 +11,7 @@
 #include "innerspring/mesh/self_intersection.h"
 #include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/topology.h"
+#include "support/sanitized.h"
 
 using namespace innerspring;
 
@@ -123,7 +124,7 @@ TEST_P(EveryShape, HasARadius) {
 INSTANTIATE_TEST_SUITE_P(Shapes, EveryShape,
                          testing::Combine(testing::Values("sphere", "icosphere", "ellipsoid", "breast",
                                                           "capsule", "torus", "dumbbell", "plate", "organ"),
-                                          testing::Values(200, 2000, 20000)),
+                                          testing::Values(200, 2000, INNERSPRING_SANITIZED ? 5000 : 20000)),
                          [](const auto& which) {
                              return std::get<0>(which.param) + "_" + std::to_string(std::get<1>(which.param));
                          });
@@ -133,7 +134,7 @@ TEST(Shapes, AreSoundAtTheirLimits) {
          {"sphere:irregularity=50", "sphere:irregularity=1", "ellipsoid:a=10,b=3,c=1",
           "ellipsoid:a=10,b=10,c=1,vertices=4000", "capsule:aspect=1", "capsule:aspect=20", "torus:ratio=1.2",
           "torus:ratio=20", "dumbbell:neck=0.1", "dumbbell:neck=0.95", "plate:aspect=1",
-          "plate:aspect=50,vertices=20000", "organ:bumpiness=0", "organ:bumpiness=1.5"}) {
+          "plate:aspect=50,vertices=8000", "organ:bumpiness=0", "organ:bumpiness=1.5"}) {
         SCOPED_TRACE(s);
         const SurfaceMesh mesh = make_shape(s);
         check_manifold(mesh);

@@ -42,10 +42,11 @@ class EnergyWatch {
                   const Measures& now) {
         put_in_ += std::abs(now.potential - before.potential);
         if (has_moving_pins(loads)) {
-            const std::vector<Vector> x = std::move(x_), f = std::move(f_);
+            std::vector<Vector> x, f;
+            x.swap(x_), f.swap(f_);
             pin_forces(body, loads, state);
             for (std::size_t n = 0; n < x.size(); ++n)
-                put_in_ += (std::abs(f[n].norm()) + f_[n].norm()) * (x_[n] - x[n]).norm();
+                put_in_ += (f[n].norm() + f_[n].norm()) * (x_[n] - x[n]).norm();
         }
         return now.kinetic + now.elastic > 10 * put_in_ + 1e-12 * body.material.young * body.volume;
     }
