@@ -260,8 +260,10 @@ TEST(Stability, NoDrawnCaseBlowsUpOrGainsEnergy) {
     RecordProperty("implicit", implicit);
     RecordProperty("unconverged_steps", unconverged);
     RecordProperty("highest_energy_over_work", std::to_string(highest));
-    EXPECT_GT(implicit, 0);
-    EXPECT_LT(implicit, cases);
+    if (cases >= 30) {  // both integrators had their share
+        EXPECT_GT(implicit, 0);
+        EXPECT_LT(implicit, cases);
+    }
 }
 
 }  // namespace
