@@ -149,13 +149,13 @@ Image draw(Positions x, Triangles triangles, std::span<const double> values, con
     }
     if (bar) part.right -= bar->width + 2 * margin;
 
-    Scene scene = scene_of(x, triangles, view_of(options, frame.empty() ? x : frame, part));
+    Drawing drawing = drawing_of(x, triangles, view_of(options, frame.empty() ? x : frame, part));
     const bool coloured = !values.empty() && values.size() == x.size();
-    scene.values = values;
-    if (coloured) scene.range = range;
-    scene.edges = options.edges;
-    scene.edge_width = std::max(0.8, 0.5 * text);
-    draw_surface(scene, part, image);
+    drawing.values = values;
+    if (coloured) drawing.range = range;
+    drawing.edges = options.edges;
+    drawing.edge_width = std::max(0.8, 0.5 * text);
+    draw_surface(drawing, part, image);
 
     if (part.top > 0) {
         const double length = text_width(options.title, 1),
@@ -164,7 +164,7 @@ Image draw(Positions x, Triangles triangles, std::span<const double> values, con
             std::min((part.left + part.right - length * size) / 2, width - margin - length * size);
         draw_text(image, std::max(left, margin), 12.5 * text, options.title, size);
     }
-    if (bar && coloured && !scene.triangles.empty()) {
+    if (bar && coloured && !drawing.triangles.empty()) {
         const double inset = 0.14 * (part.bottom - part.top);
         draw_bar(*bar, options.legend, part.right + margin, part.top + inset, part.bottom - inset, image);
     }

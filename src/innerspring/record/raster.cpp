@@ -89,10 +89,11 @@ Colour shade(const Colour& colour, const Vector& n) {
     return lit;
 }
 
-Colour colour_at(const Scene& scene, const Triangle& t, const std::array<double, 3>& b) {
-    if (!scene.range) return plain;
-    const auto [low, high] = *scene.range;
-    const double value = b[0] * scene.values[t[0]] + b[1] * scene.values[t[1]] + b[2] * scene.values[t[2]];
+Colour colour_at(const Drawing& drawing, const Triangle& t, const std::array<double, 3>& b) {
+    if (!drawing.range) return plain;
+    const auto [low, high] = *drawing.range;
+    const double value =
+        b[0] * drawing.values[t[0]] + b[1] * drawing.values[t[1]] + b[2] * drawing.values[t[2]];
     if (!std::isfinite(value)) return plain;
     const double s = 256 * std::clamp((value - low) / (high - low), 0.0, 1.0);
     const auto i = std::min<std::size_t>(255, static_cast<std::size_t>(s));
@@ -102,8 +103,8 @@ Colour colour_at(const Scene& scene, const Triangle& t, const std::array<double,
     return colour;
 }
 
-Colour look_at(const Scene& scene, const Triangle& t, double px, double py) {
-    const Facet facet(scene.corners[t[0]], scene.corners[t[1]], scene.corners[t[2]]);
+Colour look_at(const Drawing& drawing, const Triangle& t, double px, double py) {
+    const Facet facet(drawing.corners[t[0]], drawing.corners[t[1]], drawing.corners[t[2]]);
     std::array<double, 3> b = facet.at(px, py);
     double edge = infinity;  // [pixel]
     const std::array<double, 3> heights = facet.heights();
@@ -111,17 +112,18 @@ Colour look_at(const Scene& scene, const Triangle& t, double px, double py) {
         b[k] = std::clamp(b[k], 0.0, 1.0);
         edge = std::min(edge, b[k] * heights[k]);
     }
-    const Vector world = b[0] * scene.normals[t[0]] + b[1] * scene.normals[t[1]] + b[2] * scene.normals[t[2]];
-    Vector n(scene.view.right.dot(world), scene.view.up.dot(world), scene.view.back.dot(world));
+    const Vector world =
+        b[0] * drawing.normals[t[0]] + b[1] * drawing.normals[t[1]] + b[2] * drawing.normals[t[2]];
+    Vector n(drawing.view.right.dot(world), drawing.view.up.dot(world), drawing.view.back.dot(world));
     if (facet.det > 0) n = -n;  // seen from inside
     n.z() = std::max(n.z(), 0.05 * n.norm() + 1e-9);
     n.normalize();
-    Colour colour = shade(colour_at(scene, t, b), n);
-    if (scene.edges) {
+    Colour colour = shade(colour_at(drawing, t, b), n);
+    if (drawing.edges) {
         // Lines fade where the triangles are too small for them.
         const double fade =
-            std::clamp((std::sqrt(std::abs(facet.det)) / scene.edge_width - 4) / 14, 0.0, 1.0);
-        const double line = std::clamp(0.5 * scene.edge_width + 0.5 - edge, 0.0, 1.0);
+            std::clamp((std::sqrt(std::abs(facet.det)) / drawing.edge_width - 4) / 14, 0.0, 1.0);
+        const double line = std::clamp(0.5 * drawing.edge_width + 0.5 - edge, 0.0, 1.0);
         for (double& c : colour) c *= 1 - 0.5 * fade * line;
     }
     return colour;
@@ -133,7 +135,7 @@ struct Band {
     std::vector<Index> seen;       // one per sample, no_index: background
 };
 
-void rasterise(const Scene& scene, const Rectangle& part, int width, int begin, int end, Band& band) {
+void rasterise(const Drawing& drawing, const Rectangle& part, int width, int begin, int end, Band& band) {
     const int columns = width * samples;
     band.nearness.assign(static_cast<std::size_t>(columns) * (end - begin) * samples, -infinity);
     band.seen.assign(band.nearness.size(), no_index);
@@ -143,9 +145,9 @@ void rasterise(const Scene& scene, const Rectangle& part, int width, int begin, 
     };
     const int first_row = std::max(begin * samples, sample(part.top, 0, 1e6));
     const int last_row = std::min(end * samples, sample(part.bottom, 0, 1e6));
-    for (std::size_t index = 0; index < scene.triangles.size(); ++index) {
-        const Triangle& t = scene.triangles[index];
-        const Vector &a = scene.corners[t[0]], &b = scene.corners[t[1]], &c = scene.corners[t[2]];
+    for (std::size_t index = 0; index < drawing.triangles.size(); ++index) {
+        const Triangle& t = drawing.triangles[index];
+        const Vector &a = drawing.corners[t[0]], &b = drawing.corners[t[1]], &c = drawing.corners[t[2]];
         const auto [y_low, y_high] = std::minmax({a.y(), b.y(), c.y()});
         const int row_begin = std::max(first_row, sample(y_low, 0, 1e6)),
                   row_end = std::min(last_row, sample(y_high, -1, 1e6) + 1);
@@ -170,7 +172,7 @@ void rasterise(const Scene& scene, const Rectangle& part, int width, int begin, 
 }
 
 // Mean light of a pixel; a triangle is shaded once, at the mean of its samples.
-Colour resolve(const Scene& scene, const Band& band, int columns, int begin, int row, int column) {
+Colour resolve(const Drawing& drawing, const Band& band, int columns, int begin, int row, int column) {
     Colour sum{};
     int count = 0;
     double x = 0, y = 0;
@@ -179,7 +181,7 @@ Colour resolve(const Scene& scene, const Band& band, int columns, int begin, int
         if (count == 0) return;
         const Colour light = current == no_index
                                  ? Colour{1, 1, 1}
-                                 : look_at(scene, scene.triangles[current], x / count, y / count);
+                                 : look_at(drawing, drawing.triangles[current], x / count, y / count);
         for (int k = 0; k < 3; ++k) sum[k] += count * std::min(light[k], 1.0);
         count = 0, x = 0, y = 0;
     };
@@ -209,25 +211,25 @@ bool drawable(const Triangle& t, std::span<const Vector> corners) {
 
 }  // namespace
 
-Scene scene_of(Positions x, Triangles triangles, const View& view) {
-    Scene scene;
-    scene.view = view;
-    scene.corners.reserve(x.size());
-    for (const Vector& p : x) scene.corners.push_back(project(view, p));
+Drawing drawing_of(Positions x, Triangles triangles, const View& view) {
+    Drawing drawing;
+    drawing.view = view;
+    drawing.corners.reserve(x.size());
+    for (const Vector& p : x) drawing.corners.push_back(project(view, p));
     for (const Triangle& t : triangles)
-        if (drawable(t, scene.corners)) scene.triangles.push_back(t);
-    scene.normals = vertex_normals(x, scene.triangles);
-    return scene;
+        if (drawable(t, drawing.corners)) drawing.triangles.push_back(t);
+    drawing.normals = vertex_normals(x, drawing.triangles);
+    return drawing;
 }
 
-void draw_surface(const Scene& scene, const Rectangle& part, Image& image) {
+void draw_surface(const Drawing& drawing, const Rectangle& part, Image& image) {
     Band band;
     for (int begin = 0; begin < image.height; begin += band_rows) {
         const int end = std::min(begin + band_rows, image.height);
-        rasterise(scene, part, image.width, begin, end, band);
+        rasterise(drawing, part, image.width, begin, end, band);
         for (int row = begin; row < end; ++row) {
             for (int column = 0; column < image.width; ++column) {
-                const Colour light = resolve(scene, band, image.width * samples, begin, row, column);
+                const Colour light = resolve(drawing, band, image.width * samples, begin, row, column);
                 for (int k = 0; k < 3; ++k)
                     image.rgb[3 * (static_cast<std::size_t>(row) * image.width + column) + k] =
                         to_byte(light[k]);

@@ -24,7 +24,7 @@ struct Rectangle {
 };
 
 /// A surface ready to be drawn.
-struct Scene {
+struct Drawing {
     View view;
     std::vector<Vector> corners;      ///< column, row, nearness to the eye [pixel], one per vertex
     std::vector<Vector> normals;      ///< unit, one per vertex
@@ -37,9 +37,9 @@ struct Scene {
 
 /// Keeps the triangles that can be drawn and finds their normals; x may hold NaN, triangles indices out of
 /// range.
-Scene scene_of(Positions x, Triangles triangles, const View& view);
+Drawing drawing_of(Positions x, Triangles triangles, const View& view);
 
-/// Draws the scene, cut to `part`, on white.
-void draw_surface(const Scene& scene, const Rectangle& part, Image& image);
+/// Draws the drawing, cut to `part`, on white.
+void draw_surface(const Drawing& drawing, const Rectangle& part, Image& image);
 
 }  // namespace innerspring
