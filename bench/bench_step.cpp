@@ -1,6 +1,6 @@
 // Nanoseconds per vertex and step: sphere of 642, 10 242 and 163 842 vertices, paper's material, gravity and
 // a patch load.
-//   bench_step --benchmark_out=step.csv --benchmark_out_format=csv
+//   bench_step --benchmark_out=step.json --benchmark_out_format=json
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -40,8 +40,8 @@ Loads press(const Body& body) {
 }
 
 void per_vertex(benchmark::State& b, const Body& body, double steps) {
-    b.counters["ns/vertex/step"] =
-        benchmark::Counter(double(body.vertices()) * steps * 1e-9,
+    b.counters["per_vertex_step"] =
+        benchmark::Counter(double(body.vertices()) * steps,
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
@@ -84,8 +84,8 @@ void equilibrium(benchmark::State& b) {
 void build(benchmark::State& b) {
     const SurfaceMesh mesh = make_shape(fmt::format("icosphere:vertices={}", b.range(0)));
     for (auto _ : b) benchmark::DoNotOptimize(build_body(mesh));
-    b.counters["ns/vertex"] =
-        benchmark::Counter(double(mesh.positions.size()) * 1e-9,
+    b.counters["per_vertex"] =
+        benchmark::Counter(double(mesh.positions.size()),
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
@@ -117,7 +117,7 @@ BENCHMARK(implicit)
     ->ArgNames({"vertices", "threads"})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(equilibrium)->Arg(642)->Arg(10242)->ArgName("vertices")->Unit(benchmark::kMillisecond);
+BENCHMARK(equilibrium)->Arg(642)->Arg(2562)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(build)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(volume_every_step)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices");
 BENCHMARK(read_stl)->Arg(500002)->ArgName("vertices")->Unit(benchmark::kMillisecond)->Iterations(3);

@@ -1,6 +1,7 @@
 #pragma once
 
-/// 1 when this program runs under a sanitizer, which brings its own operator new and is ten and more times slower.
+/// 1 when this program runs under a sanitizer, which brings its own operator new and is ten and more times
+/// slower.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define INNERSPRING_SANITIZED 1
 #elif defined(__has_feature)
