@@ -158,8 +158,9 @@ TEST_F(PlotTest, NoTextBecomesACommand) {
 }
 
 TEST_F(PlotTest, LabelsAreShownLiterally) {
-    const std::string svg = svg_of({"it's a_b^2 {x} \\n", "", "", {wave("`q` \"r\"", 3)}});
+    const std::string svg = svg_of({"it's a_b^2 {x} \\n", "a:b=2000,c=7", "", {wave("`q` \"r\"", 3)}});
     SKIP_WITHOUT_GNUPLOT();
+    EXPECT_NE(svg.find(">a:b=2000,c=7<"), std::string::npos);
     EXPECT_NE(svg.find(">it's a_b^2 {x} \\n<"), std::string::npos);
     EXPECT_NE(svg.find(">`q` \"r\"<"), std::string::npos);
 }

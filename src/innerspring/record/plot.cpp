@@ -30,14 +30,14 @@ constexpr auto patience = std::chrono::seconds(20);
 // Okabe and Ito's colours, told apart by colour-blind eyes as well (their yellow is too faint on white).
 constexpr std::array colours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
 
-// A literal of gnuplot that shows the text as it is: all but letters, digits and spaces as octal escapes, so
-// that no quote, backquote or backslash is left to be read as anything else. (Within single quotes
+// A literal of gnuplot that shows the text as it is: all but letters and spaces as octal escapes, so that no
+// quote, backquote or backslash is left to be read as anything else, and no digit is taken into the escape
+// before it (gnuplot reads four). (Within single quotes
 // gnuplot 5.4 stumbles over a quote in front.)
 std::string literal(std::string_view text) {
     std::string quoted = "\"";
     for (const char c : clean_text(text)) {
-        const bool plain =
-            c == ' ' || (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+        const bool plain = c == ' ' || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
         quoted += plain ? std::string(1, c) : fmt::format("\\{:03o}", static_cast<unsigned char>(c));
     }
     return quoted + '"';
