@@ -77,7 +77,7 @@ TEST(Equilibrium, DoesNotDependOnWhereItStarts) {
         recipe.free = free;
         const Body body = make_body("sphere:vertices=300", recipe);
         Loads loads = moderate(body);
-        if (free) loads.pins = {{ring(body.topology, 0, 3), {}}};
+        if (free) loads.pins = {{ring(topology_of(body), 0, 3), {}}};
         State from_rest = rest_state(body), from_afar = random_state(body, 3, 0.03, 1);
         ASSERT_TRUE(solve_equilibrium(body, loads, from_rest).reached);
         ASSERT_TRUE(solve_equilibrium(body, loads, from_afar).reached);
@@ -150,7 +150,7 @@ TEST(Equilibrium, AFreeBodyHangsFromItsPins) {
         for (Index i = 0; i < body.vertices(); ++i)
             if (body.rest.positions[i].x() > body.rest.positions[top].x())
                 top = i;  // at the side: it must also turn
-        loads.pins = {{ring(body.topology, top, rings), {}}};
+        loads.pins = {{ring(topology_of(body), top, rings), {}}};
         State state = rest_state(body);
         const EquilibriumReport report = solve_equilibrium(body, loads, state);
         EXPECT_TRUE(report.reached) << rings << " rings: residual " << report.residual_n << " after "
@@ -165,7 +165,7 @@ TEST(Equilibrium, AFreeBodyHangsFromItsPins) {
 TEST(Equilibrium, PrescribedMotionSqueezesAHeldBody) {
     const Body body = make_body("sphere:vertices=300");
     Loads loads = no_loads();
-    loads.pins = {{ring(body.topology, 5, 2), {{0, Vector::Zero()}, {1, -0.2 * body.rest.positions[5]}}}};
+    loads.pins = {{ring(topology_of(body), 5, 2), {{0, Vector::Zero()}, {1, -0.2 * body.rest.positions[5]}}}};
     State state = rest_state(body);
     state.time = 0.5;
     const EquilibriumReport report = solve_equilibrium(body, loads, state);

@@ -183,7 +183,7 @@ TEST(Forces, HomeFrameIsTheSameForAnyNumberOfThreads) {
 TEST(Forces, ASpringOfNoLengthPushesNowhere) {
     const Body body = small_body(false);
     State state = rest_state(body);
-    const auto [a, b] = body.topology.edges[0];
+    const auto [a, b] = body.edges[0];
     state.x[a] = state.x[b];
     std::vector<Vector> f(body.vertices(), Vector::Zero());
     add_surface_forces(body, state.x, f);

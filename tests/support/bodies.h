@@ -127,6 +127,10 @@ inline Index densest_vertex(const Body& body) {
     return Index(std::min_element(A.begin(), A.end()) - A.begin());
 }
 
+inline Topology topology_of(const Body& body) {
+    return build_topology(body.vertices(), body.rest.triangles);
+}
+
 /// Largest distance between two states' positions [m].
 inline double distance(const State& a, const State& b) {
     double largest = 0;

@@ -22,7 +22,23 @@ Scheme parse_scheme(std::string_view text) {
     throw InputError(fmt::format("scheme '{}': expected A, B or C", text));
 }
 
+double damping(const Material& material, double m, double K) {
+    return 2 * material.damping * std::sqrt(K * m);
+}
+
+void set_surface_spring(Body& body, Index e) {
+    const auto& q = body.rest.positions;
+    double area = 0;
+    for (Index t : body.edge_triangles[e]) area += double_area_vector(q, body.rest.triangles[t]).norm() / 2;
+    const double length2 = (q[body.edges[e].a] - q[body.edges[e].b]).squaredNorm();
+    body.k[e] = body.material.surface * area / length2;
+    body.rest_length[e] = std::sqrt(length2);
+}
+
 namespace {
+
+/// What a SpokeRow can count.
+constexpr std::size_t most_spokes = 60000;
 
 /// A centre is taken by itself only if every vertex keeps this share of a full-height spring and mass.
 constexpr double positive_margin = 0.05;
@@ -107,23 +123,27 @@ Distribution choose_centre(const SurfaceMesh& mesh, double radius, const CentreO
     return distribute_locally(mesh);
 }
 
-/// k_e = E_s sum_{t at e} A_t / |e|^2 (Van Gelder 1998), and the spokes that the kernel gathers.
+/// Edges with their triangles, surface springs, and the spokes that the kernel gathers.
 void add_surface_springs(Body& body) {
-    const auto& x = body.rest.positions;
-    const std::vector<double> A = triangle_areas(x, body.rest.triangles);
-    const auto& edges = body.topology.edges;
-    for (std::size_t e = 0; e < edges.size(); ++e) {
-        double area = 0;
-        for (Index t : body.topology.edge_triangles[e]) area += A[t];
-        const double length2 = (x[edges[e].a] - x[edges[e].b]).squaredNorm();
-        body.k.push_back(body.material.surface * area / length2);
-        body.rest_length.push_back(std::sqrt(length2));
+    Topology topology = build_topology(body.vertices(), body.rest.triangles);
+    const std::size_t n = topology.edges.size();
+    body.edges = std::move(topology.edges);
+    body.triangle_edges = std::move(topology.triangle_edges);
+    body.edge_triangles.resize(n), body.k.resize(n), body.rest_length.resize(n);
+    for (Index e = 0; e < n; ++e) {
+        std::copy_n(topology.edge_triangles[e].begin(), 2, body.edge_triangles[e].begin());
+        set_surface_spring(body, e);
     }
-    body.spoke_start.push_back(0);
+    body.spokes.reserve(2 * n);
     for (std::size_t v = 0; v < body.vertices(); ++v) {
-        for (Index e : body.topology.vertex_edges[v])
-            body.spokes.push_back({body.k[e], body.rest_length[e], other_end(edges[e], Index(v)), e});
-        body.spoke_start.push_back(Index(body.spokes.size()));
+        const auto edges = topology.vertex_edges[v];
+        if (edges.size() > most_spokes)
+            throw InputError(fmt::format("{}: vertex {} has {} edges; at most {} are allowed", body.rest.name,
+                                         v, edges.size(), most_spokes));
+        body.rows.push_back(
+            {Index(body.spokes.size()), std::uint16_t(edges.size()), std::uint16_t(edges.size())});
+        for (Index e : edges)
+            body.spokes.push_back({body.k[e], body.rest_length[e], other_end(body.edges[e], Index(v)), e});
     }
 }
 
@@ -144,15 +164,14 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
 
     Distribution d = choose_centre(mesh, body.radius, options.centre, body.centre);
     body.rest = std::move(mesh);
-    body.topology = build_topology(body.vertices(), body.rest.triangles);
+    body.centre.scale = d.scale;
 
     const double N = double(body.vertices()), M = body.material.mass, E = body.material.young;
-    double K_mean = 0;
-    for (double K : d.K) K_mean += E * K / N;
+    for (double K : d.K) body.stiffness_sum += E * K;
     for (std::size_t i = 0; i < body.vertices(); ++i) {
         body.m.push_back(options.scheme == Scheme::A ? M / N : M * d.m[i]);
-        body.K.push_back(options.scheme == Scheme::C ? E * d.K[i] : K_mean);
-        body.c.push_back(2 * body.material.damping * std::sqrt(body.K[i] * body.m[i]));
+        body.K.push_back(options.scheme == Scheme::C ? E * d.K[i] : body.stiffness_sum / N);
+        body.c.push_back(damping(body.material, body.m[i], body.K[i]));
         // Tiny bodies of extreme material may underflow: never let a zero or an infinity into a simulation.
         if (!std::isnormal(body.m[i]) || !std::isnormal(body.K[i]) || !std::isfinite(body.c[i]))
             throw InputError(
@@ -164,11 +183,10 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
     add_surface_springs(body);
     for (std::size_t e = 0; e < body.k.size(); ++e)
         if (!std::isfinite(body.k[e]) || !(body.rest_length[e] > 0))
-            throw InputError(
-                fmt::format("{}: edge {}-{} would get a surface spring of {:g} N/m over {:g} m; check the "
-                            "unit and the material",
-                            body.rest.name, body.topology.edges[e].a, body.topology.edges[e].b, body.k[e],
-                            body.rest_length[e]));
+            throw InputError(fmt::format(
+                "{}: edge {}-{} would get a surface spring of {:g} N/m over {:g} m; check the "
+                "unit and the material",
+                body.rest.name, body.edges[e].a, body.edges[e].b, body.k[e], body.rest_length[e]));
     return body;
 }
 

@@ -26,6 +26,7 @@ struct Centre {
     Vector position =
         Vector::Zero();  ///< [m]; for local the volume centroid, which only homes and messages refer to
     std::string reason;  ///< why this one, one line
+    double scale = 1;    ///< for local: s, the factor that makes the virtual tetrahedra sum to V
 };
 
 /// The point of the mesh's kernel nearest to `target`: at least `margin` [m] inside the plane of every

@@ -16,8 +16,7 @@ void apply_equations(const SurfaceMesh& mesh, double volume_m3, Distribution& d)
         const Triangle& corners = mesh.triangles[t];
         const double L_t = d.L[corners[0]] + d.L[corners[1]] + d.L[corners[2]];
         for (Index i : corners) {
-            const double C = (L_t - d.L[i]) / (2 * L_t);  // Eq. 2
-            d.m[i] += C * d.V_t[t] / volume_m3;           // Eq. 1, M = 1
+            d.m[i] += share(L_t, d.L[i]) * d.V_t[t] / volume_m3;  // Eqs. 1 and 2, M = 1
             d.K[i] += d.V_t[t] /
                       (d.L[i] * d.L[i]);  // Eq. 3, E = 1; no 1/3: a column from the centre to the surface
         }
@@ -26,32 +25,32 @@ void apply_equations(const SurfaceMesh& mesh, double volume_m3, Distribution& d)
 
 }  // namespace
 
+double virtual_tetrahedron(const Centre& centre, Positions q, std::span<const double> L, const Triangle& t) {
+    if (centre.kind == CentreKind::local)
+        return centre.scale * (double_area_vector(q, t).norm() / 2 * (L[t[0]] + L[t[1]] + L[t[2]]) / 9);
+    const Vector a = q[t[0]] - centre.position, b = q[t[1]] - centre.position, c = q[t[2]] - centre.position;
+    return a.dot(b.cross(c)) / 6;
+}
+
 Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre) {
     Distribution d;
     for (const Vector& q : mesh.positions) d.L.push_back((q - centre).norm());
-    double sum = 0;
-    for (const Triangle& t : mesh.triangles) {
-        const Vector a = mesh.positions[t[0]] - centre, b = mesh.positions[t[1]] - centre,
-                     c = mesh.positions[t[2]] - centre;
-        d.V_t.push_back(a.dot(b.cross(c)) / 6);
-        sum += d.V_t.back();
-    }
-    apply_equations(mesh, sum, d);
+    for (const Triangle& t : mesh.triangles)
+        d.V_t.push_back(virtual_tetrahedron({CentreKind::given, centre, ""}, mesh.positions, d.L, t));
+    apply_equations(mesh, volume(mesh), d);
     return d;
 }
 
 Distribution distribute_locally(const SurfaceMesh& mesh) {
     Distribution d;
     d.L = medial_radii(mesh);
-    const std::vector<double> A = triangle_areas(mesh.positions, mesh.triangles);
+    Centre centre{CentreKind::local, Vector::Zero(), ""};
     double sum = 0;
-    for (std::size_t t = 0; t < A.size(); ++t) {
-        const Triangle& corners = mesh.triangles[t];
-        d.V_t.push_back(A[t] * (d.L[corners[0]] + d.L[corners[1]] + d.L[corners[2]]) / 9);  // A_t mean(L) / 3
-        sum += d.V_t.back();
-    }
-    const double V = volume(mesh), s = V / sum;
-    for (double& V_t : d.V_t) V_t *= s;
+    for (const Triangle& t : mesh.triangles) sum += virtual_tetrahedron(centre, mesh.positions, d.L, t);
+    const double V = volume(mesh);
+    centre.scale = d.scale = V / sum;
+    for (const Triangle& t : mesh.triangles)
+        d.V_t.push_back(virtual_tetrahedron(centre, mesh.positions, d.L, t));
     apply_equations(mesh, V, d);
     return d;
 }

@@ -1,5 +1,5 @@
 #pragma once
-#include "innerspring/mesh/geometry.h"
+#include "innerspring/body/centre.h"
 
 namespace innerspring {
 
@@ -9,7 +9,17 @@ struct Distribution {
     std::vector<double> V_t;  ///< per triangle: virtual tetrahedron [m^3]; sums to V
     std::vector<double> m;    ///< per vertex, for M = 1 kg: Eqs. 1-2 [1]
     std::vector<double> K;    ///< per vertex, for E = 1 Pa: Eq. 3 [m]
+    double scale = 1;         ///< s of distribute_locally()
 };
+
+/// Virtual tetrahedron [m^3] under a triangle: about one centre (q_i-c).((q_j-c)x(q_k-c))/6, locally
+/// s A_t mean(L)/3.
+double virtual_tetrahedron(const Centre& centre, Positions q, std::span<const double> L, const Triangle& t);
+
+/// C_i^t = (L_t - L_i) / (2 L_t), which sums to 1 over a triangle (Eq. 2).
+inline double share(double L_t, double L_i) {
+    return (L_t - L_i) / (2 * L_t);
+}
 
 /// About one centre: L_i = |q_i - c|, V_t = (q_i-c).((q_j-c)x(q_k-c))/6.
 Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre);

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 
 namespace innerspring {
@@ -21,6 +22,9 @@ class Random {
 
     /// Uniform in [low, high).
     double uniform(double low, double high) { return low + (high - low) * uniform(); }
+
+    /// A whole number in [0, n), n > 0.
+    std::size_t below(std::size_t n) { return std::size_t(bits() % n); }
 
   private:
     std::uint64_t state_;

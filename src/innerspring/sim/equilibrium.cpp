@@ -60,8 +60,7 @@ struct Problem {
             Eigen::Matrix3d block = Eigen::Matrix3d::Identity();
             if (!pinned[i]) {
                 block *= body.K[i];
-                for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) {
-                    const Spoke& spoke = body.spokes[s];
+                for (const Spoke& spoke : body.spokes_of(i)) {
                     const Vector d = x[spoke.neighbour] - x[i];
                     const double length = d.norm();
                     Eigen::Matrix3d spring = spoke.k * Eigen::Matrix3d::Identity();
@@ -121,7 +120,7 @@ struct Problem {
         double stiffest = 0, farthest = 0;
         for (std::size_t i = 0; i < x.size(); ++i) {
             double k = body.K[i];
-            for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) k += body.spokes[s].k;
+            for (const Spoke& spoke : body.spokes_of(i)) k += spoke.k;
             stiffest = std::max(stiffest, k);
             farthest = std::max(farthest, x[i].norm());
         }
@@ -134,8 +133,7 @@ std::vector<int> fill_reducing_order(const Body& body) {
     std::vector<Eigen::Triplet<double>> entries;
     for (Index i = 0; i < body.vertices(); ++i) {
         entries.emplace_back(int(i), int(i), 1.0);
-        for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s)
-            entries.emplace_back(int(i), int(body.spokes[s].neighbour), 1.0);
+        for (const Spoke& spoke : body.spokes_of(i)) entries.emplace_back(int(i), int(spoke.neighbour), 1.0);
     }
     Sparse graph(int(body.vertices()), int(body.vertices()));
     graph.setFromTriplets(entries.begin(), entries.end());

@@ -55,7 +55,7 @@ void add_inner_forces(const Body& body, const HomeFrame& frame, Positions x, std
 double surface_energy(const Body& body, Positions x) {
     double energy = 0;
     for (std::size_t e = 0; e < body.k.size(); ++e) {
-        const Edge& edge = body.topology.edges[e];
+        const Edge& edge = body.edges[e];
         const double stretch = (x[edge.a] - x[edge.b]).norm() - body.rest_length[e];
         energy += body.k[e] * stretch * stretch / 2;
     }

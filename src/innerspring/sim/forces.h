@@ -43,8 +43,7 @@ void add_loads(const Loads& loads, double time, std::span<Vector> f);
 inline Vector surface_force(const Body& body, const Vector* x, std::size_t i) {
     const Vector x_i = x[i];
     Vector f = Vector::Zero();
-    for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) {
-        const Spoke& spoke = body.spokes[s];
+    for (const Spoke& spoke : body.spokes_of(i)) {
         const Vector d = x[spoke.neighbour] - x_i;
         const double length = d.norm();
         if (length > 0) f += spoke.k * (1 - spoke.rest / length) * d;

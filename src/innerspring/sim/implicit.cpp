@@ -27,8 +27,7 @@ ImplicitSolver::ImplicitSolver(const Body& body, double h) : body_(body), h_(h) 
     std::vector<Eigen::Triplet<double>> entries;
     for (std::size_t i = 0; i < n; ++i) {
         entries.emplace_back(int(i), int(i), body.m[i] / (h * h) + body.c[i] / h + body.K[i]);
-        for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) {
-            const Spoke& spoke = body.spokes[s];
+        for (const Spoke& spoke : body.spokes_of(i)) {
             entries.emplace_back(int(i), int(i), spoke.k);
             if (spoke.neighbour < i)
                 entries.emplace_back(int(i), int(spoke.neighbour), -spoke.k);  // lower triangle
@@ -74,10 +73,9 @@ double ImplicitSolver::evaluate(const Field& x, Field& gradient, Team& team) con
             const Vector to_home = x_i - (frame.R * body_.rest.positions[i] + frame.t);
             const double mass = body_.m[i] / (h_ * h_);
             double springs = 0;
-            for (Index s = body_.spoke_start[i]; s < body_.spoke_start[i + 1]; ++s) {
-                const double stretch =
-                    (positions[body_.spokes[s].neighbour] - x_i).norm() - body_.spokes[s].rest;
-                springs += body_.spokes[s].k * stretch * stretch;
+            for (const Spoke& spoke : body_.spokes_of(i)) {
+                const double stretch = (positions[spoke.neighbour] - x_i).norm() - spoke.rest;
+                springs += spoke.k * stretch * stretch;
             }
             // An edge is seen from both ends: half of its energy at each.
             energy[block] += (mass * to_target.squaredNorm() + h_ * body_.c[i] * slip.squaredNorm() +

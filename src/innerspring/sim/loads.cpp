@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "innerspring/mesh/error.h"
 
@@ -42,7 +43,7 @@ Vector offset_at(const Pin& pin, double time) {
 }
 
 Force point_force(Index vertex, const Vector& newton) {
-    return {"point", {vertex}, {1.0}, newton, {}};
+    return {"point", {vertex}, {1.0}, newton, {}, vertex, 0};
 }
 
 Force patch_force(const Body& body, Index vertex, double radius, const Vector& newton) {
@@ -51,25 +52,29 @@ Force patch_force(const Body& body, Index vertex, double radius, const Vector& n
             fmt::format("patch force: vertex {} does not exist; the mesh has {}", vertex, body.vertices()));
     if (!(radius > 0 && std::isfinite(radius)))
         throw InputError(fmt::format("patch force: radius {:g} m must be positive", radius));
-    Force force{"patch", {}, {}, newton, {}};
-    const std::vector<double> A = vertex_areas(body.rest.positions, body.rest.triangles);
-    std::vector<bool> seen(body.vertices(), false);
+    Force force{"patch", {}, {}, newton, {}, vertex, radius};
+    const auto& q = body.rest.positions;
+    // A_i: each triangle of the vertex is met from two of its edges.
+    auto area = [&](Index i) {
+        double A = 0;
+        for (const Spoke& spoke : body.spokes_of(i))
+            for (Index t : body.edge_triangles[spoke.edge])
+                A += double_area_vector(q, body.rest.triangles[t]).norm() / 12;
+        return A;
+    };
+    std::unordered_set<Index> seen{vertex};
     std::vector<Index> open{vertex};
-    seen[vertex] = true;
     double sum = 0;
     while (!open.empty()) {
         const Index i = open.back();
         open.pop_back();
-        const double d2 =
-            (body.rest.positions[i] - body.rest.positions[vertex]).squaredNorm() / (radius * radius);
+        const double d2 = (q[i] - q[vertex]).squaredNorm() / (radius * radius);
         if (d2 >= 1) continue;
         force.vertices.push_back(i);
-        force.weights.push_back((1 - d2) * (1 - d2) * A[i]);
+        force.weights.push_back((1 - d2) * (1 - d2) * area(i));
         sum += force.weights.back();
-        for (Index s = body.spoke_start[i]; s < body.spoke_start[i + 1]; ++s) {
-            const Index j = body.spokes[s].neighbour;
-            if (!seen[j]) seen[j] = true, open.push_back(j);
-        }
+        for (const Spoke& spoke : body.spokes_of(i))
+            if (seen.insert(spoke.neighbour).second) open.push_back(spoke.neighbour);
     }
     for (double& w : force.weights) w /= sum;
     return force;

@@ -19,6 +19,8 @@ struct Force {
     std::vector<double> weights;
     Vector newton = Vector::Zero();  ///< the whole force [N], in space (it does not turn with the body)
     Profile profile;
+    Index centre = no_index;  ///< the vertex it was spread around, and
+    double radius = 0;        ///< how far [m]; 0: not spread
 };
 
 /// All of it on one vertex.

@@ -38,6 +38,7 @@ struct Workspace::Data {
     Team team;
     std::vector<Vector> x, v, external;  ///< the arrays a step writes before they are swapped in
     std::vector<Index> not_finite;       ///< per block
+    StabilityBound bound;
     std::optional<ImplicitSolver> implicit;
 };
 
@@ -108,32 +109,54 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
     return no_index;
 }
 
-}  // namespace
-
-Workspace::Workspace(const Body& body, const StepOptions& options) {
-    if (!(options.dt > 0 && std::isfinite(options.dt)))
-        throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
-    const double stable = step_safety * largest_stable_step(body);
+/// Takes the integrator and the sub-steps for the body as it stands.
+void prepare(const Body& body, Workspace::Data& w) {
+    const StepOptions& options = w.options;
+    const double stable = step_safety * largest_stable_step(w.bound);
     const double wanted = std::ceil(options.dt / stable);
-    Integrator integrator = options.integrator;
-    if (integrator == Integrator::automatic)
-        integrator = wanted <= std::min(implicit_pays_from(body.vertices()), double(options.max_substeps))
-                         ? Integrator::symplectic
-                         : Integrator::implicit;
-    if (integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
+    w.integrator = options.integrator;
+    if (w.integrator == Integrator::automatic)
+        w.integrator = wanted <= std::min(implicit_pays_from(body.vertices()), double(options.max_substeps))
+                           ? Integrator::symplectic
+                           : Integrator::implicit;
+    if (w.integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
         throw InputError(
             fmt::format("symplectic Euler would need {:.0f} sub-steps of {:.3g} s for dt = {:g} s (at most "
                         "{} are allowed); "
                         "use a smaller dt, or the integrator auto or implicit",
                         wanted, stable, options.dt, options.max_substeps));
-    data.reset(new Data{options, integrator, 1, Team(options.threads), {}, {}, {}, {}, {}});
-    data->x.assign(body.vertices(), Vector::Zero());
-    data->v = data->external = data->x;
-    data->not_finite.assign(block_count(body.vertices()), no_index);
-    if (integrator == Integrator::symplectic)
-        data->substeps = std::max(1, int(wanted));
-    else
-        data->implicit.emplace(body, options.dt);
+    w.x.resize(body.vertices()), w.v.resize(body.vertices());
+    w.external.resize(body.vertices(), Vector::Zero());
+    w.not_finite.resize(block_count(body.vertices()), no_index);
+    w.implicit.reset();
+    if (w.integrator == Integrator::symplectic) {
+        w.substeps = std::max(1, int(wanted));
+    } else {
+        w.substeps = 1;
+        w.implicit.emplace(body, options.dt);
+    }
+}
+
+}  // namespace
+
+Workspace::Workspace(const Body& body, const StepOptions& options) {
+    if (!(options.dt > 0 && std::isfinite(options.dt)))
+        throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
+    data.reset(new Data{options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}});
+    data->bound = stability_bound(body);
+    prepare(body, *data);
+}
+
+void Workspace::adapt(const Body& body, const Transfer& transfer) {
+    update(data->bound, body, transfer.surface, transfer.body);
+    prepare(body, *data);
+}
+
+void Workspace::reserve(std::size_t vertices) {
+    for (auto* list : {&data->x, &data->v, &data->external}) list->reserve(list->size() + vertices);
+    for (auto& w : data->bound.w) w.reserve(w.size() + vertices);
+    data->bound.ratio.reserve(data->bound.ratio.size() + vertices);
+    data->not_finite.reserve(data->not_finite.size() + block_count(vertices) + 1);
 }
 
 Workspace::~Workspace() = default;

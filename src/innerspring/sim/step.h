@@ -1,8 +1,7 @@
 #pragma once
 #include <memory>
 
-#include "innerspring/sim/loads.h"
-#include "innerspring/sim/state.h"
+#include "innerspring/sim/refine.h"
 
 namespace innerspring {
 
@@ -47,6 +46,13 @@ class Workspace {
 
     Integrator integrator() const;  ///< never automatic
     int substeps() const;           ///< per step of dt; 1 when implicit
+
+    /// Goes on with a body that was refined or coarsened in place: as costly as the change while symplectic
+    /// Euler is used. Throws InputError as the constructor does.
+    void adapt(const Body& body, const Transfer& transfer);
+
+    /// Room for so many more vertices.
+    void reserve(std::size_t vertices);
 
     struct Data;
     std::unique_ptr<Data> data;

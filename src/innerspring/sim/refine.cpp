@@ -1,0 +1,215 @@
+#include "innerspring/sim/refine.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "innerspring/sim/forces.h"
+
+namespace innerspring {
+
+namespace {
+
+/// Part of a body: what a change looks at.
+struct Part {
+    std::vector<Index> vertices, edges;
+};
+
+void unique(std::vector<Index>& list) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+/// The corners and sides of triangles as body.rest and body.triangle_edges have them, or the whole body.
+Part part_of(const Body& body, std::span<const SurfaceChange::Slot> slots, bool corners_as_recorded,
+             bool everything) {
+    Part part;
+    if (everything) {
+        part.vertices.resize(body.m.size());
+        part.edges.resize(body.edges.size());
+        for (std::size_t i = 0; i < part.vertices.size(); ++i) part.vertices[i] = Index(i);
+        for (std::size_t e = 0; e < part.edges.size(); ++e) part.edges[e] = Index(e);
+        return part;
+    }
+    for (const auto& [t, corners] : slots) {
+        const Triangle& c = corners_as_recorded ? corners : body.rest.triangles[t];
+        part.vertices.insert(part.vertices.end(), c.begin(), c.end());
+        part.edges.insert(part.edges.end(), body.triangle_edges[t].begin(), body.triangle_edges[t].end());
+    }
+    unique(part.vertices);
+    unique(part.edges);
+    return part;
+}
+
+struct Tally {
+    double m = 0;
+    Vector mx = Vector::Zero(), p = Vector::Zero(), l = Vector::Zero();  ///< l about `about`
+    Eigen::Matrix3d mxx = Eigen::Matrix3d::Zero();                       ///< sum m r r^T about `about`
+    double kinetic = 0, elastic = 0;
+};
+
+Tally tally(const Body& body, const State& state, const HomeFrame& frame, const Part& part,
+            const Vector& about) {
+    Tally sum;
+    for (Index i : part.vertices) {
+        const Vector r = state.x[i] - about;
+        sum.m += body.m[i];
+        sum.mx += body.m[i] * r;
+        sum.p += body.m[i] * state.v[i];
+        sum.l += body.m[i] * r.cross(state.v[i]);
+        sum.mxx += body.m[i] * r * r.transpose();
+        sum.kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
+        sum.elastic +=
+            body.K[i] * (state.x[i] - (frame.R * body.rest.positions[i] + frame.t)).squaredNorm() / 2;
+    }
+    for (Index e : part.edges) {
+        const double stretch =
+            (state.x[body.edges[e].a] - state.x[body.edges[e].b]).norm() - body.rest_length[e];
+        sum.elastic += body.k[e] * stretch * stretch / 2;
+    }
+    return sum;
+}
+
+/// Sum of the signed tetrahedra of triangles about a point [m^3].
+double volume_about(const Vector& about, Positions x, std::span<const SurfaceChange::Slot> slots) {
+    double sum = 0;
+    for (const auto& [t, c] : slots)
+        sum += (x[c[0]] - about).dot((x[c[1]] - about).cross(x[c[2]] - about)) / 6;
+    return sum;
+}
+
+/// The rigid motion that gives masses m_i at x_i the missing momenta: a = p/m, I w = l about their centre.
+void add_momentum(State& state, const Part& part, const Tally& now, const Vector& p, const Vector& l,
+                  const Vector& about) {
+    const Vector centre = now.mx / now.m;  // from `about`
+    const Eigen::Matrix3d spread = now.mxx - now.m * centre * centre.transpose();
+    const Eigen::Matrix3d inertia = spread.trace() * Eigen::Matrix3d::Identity() - spread;
+    Vector angular = inertia.ldlt().solve(l - centre.cross(p));
+    if (!angular.allFinite()) angular.setZero();
+    for (Index i : part.vertices) state.v[i] += p / now.m + angular.cross(state.x[i] - about - centre);
+}
+
+/// Everything after the surface has been changed and before anything else has.
+Transfer transfer(Body& body, Subdivision& history, State& state, SurfaceChange surface, MeanStiffness mean) {
+    Transfer result{std::move(surface), {}, 0, 0, 0};
+    if (result.surface.removed.empty()) return result;
+    const bool everything =
+        body.scheme == Scheme::A || (body.scheme == Scheme::B && mean == MeanStiffness::recomputed);
+    Team alone(1);
+    const HomeFrame frame = home_frame(body, state.x, alone);
+    const Vector about = state.x[result.surface.removed.front().corners[0]];
+    const Tally before =
+        tally(body, state, frame, part_of(body, result.surface.removed, true, everything), about);
+    const double volume_before = volume_about(about, state.x, result.surface.removed);
+    for (const auto& [vertex, halves] : result.surface.created) {
+        state.x.push_back(0.5 * (state.x[halves.a] + state.x[halves.b]));
+        state.v.push_back(0.5 * (state.v[halves.a] + state.v[halves.b]));
+    }
+    result.volume_change_m3 = volume_about(about, state.x, result.surface.added) - volume_before;
+
+    result.body = restructure(body, history, result.surface, mean);
+    for (const auto& [from, to] : result.body.moved) {
+        state.x[to] = state.x[from], state.v[to] = state.v[from];
+        state.x.pop_back(), state.v.pop_back();
+    }
+    const Part part = part_of(body, result.surface.added, false, everything);
+    const Tally after = tally(body, state, frame, part, about);
+    add_momentum(state, part, after, before.p - after.p, before.l - after.l, about);
+    double kinetic = 0;
+    for (Index i : part.vertices) kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
+    result.kinetic_change_j = kinetic - before.kinetic;
+    result.elastic_change_j = after.elastic - before.elastic;
+    return result;
+}
+
+}  // namespace
+
+Transfer refine(Body& body, Subdivision& history, State& state, std::span<const Index> triangles, int levels,
+                MeanStiffness mean) {
+    require_refinable(body.rest, triangles, levels);
+    Transfer result = transfer(body, history, state, history.split(body.rest, triangles, levels), mean);
+    if (const Index bad = result.body.not_positive; bad != no_index) {
+        const Vector place = body.rest.positions[bad];
+        transfer(body, history, state, history.undo_split(body.rest), mean);
+        refuse_refinement(body, place);
+    }
+    return result;
+}
+
+Transfer coarsen(Body& body, Subdivision& history, State& state, const Subdivision::Keep& keep,
+                 MeanStiffness mean) {
+    return transfer(body, history, state, history.unsplit(body.rest, keep), mean);
+}
+
+void carry_over(Loads& loads, const Body& body, const Transfer& transfer) {
+    // Where each vertex with a changed index is now.
+    auto renumber = [&](Index i) {
+        for (const auto& [from, to] : transfer.body.moved)
+            if (i == from) i = to;
+        return i;
+    };
+    for (Force& force : loads.forces) {
+        if (force.radius > 0) {
+            Force anew = patch_force(body, renumber(force.centre), force.radius, force.newton);
+            force.vertices = std::move(anew.vertices), force.weights = std::move(anew.weights);
+            force.centre = anew.centre;
+            continue;
+        }
+        auto add = [&](Index vertex, double weight) {
+            const auto at = std::ranges::find(force.vertices, vertex);
+            if (at != force.vertices.end()) {
+                force.weights[std::size_t(at - force.vertices.begin())] += weight;
+            } else {
+                force.vertices.push_back(vertex);
+                force.weights.push_back(weight);
+            }
+        };
+        for (const auto& [vertex, halves] : transfer.surface.retired) {
+            const auto at = std::ranges::find(force.vertices, vertex);
+            if (at == force.vertices.end()) continue;
+            const auto n = at - force.vertices.begin();
+            const double half = force.weights[std::size_t(n)] / 2;
+            force.vertices.erase(at);
+            force.weights.erase(force.weights.begin() + n);
+            add(halves.a, half);
+            add(halves.b, half);
+        }
+        for (Index& i : force.vertices) i = renumber(i);
+        if (force.centre != no_index)
+            force.centre = force.vertices.empty() ? no_index : renumber(force.centre);
+    }
+    for (Pin& pin : loads.pins) {
+        std::unordered_set<Index> pinned(pin.vertices.begin(), pin.vertices.end());
+        for (const auto& [vertex, halves] : transfer.surface.created)
+            if (pinned.contains(halves.a) && pinned.contains(halves.b) && pinned.insert(vertex).second)
+                pin.vertices.push_back(vertex);
+        for (const auto& [vertex, halves] : transfer.surface.retired) pinned.erase(vertex);
+        std::erase_if(pin.vertices, [&](Index i) { return !pinned.contains(i); });
+        for (Index& i : pin.vertices) i = renumber(i);
+    }
+}
+
+std::vector<Index> coarse_triangles(const Body& body, Index vertex, double radius, double longest) {
+    const auto& q = body.rest.positions;
+    std::vector<Index> found, open{vertex};
+    std::unordered_set<Index> seen{vertex};
+    while (!open.empty()) {
+        const Index i = open.back();
+        open.pop_back();
+        if (i != vertex && (q[i] - q[vertex]).squaredNorm() >= radius * radius) continue;
+        for (const Spoke& spoke : body.spokes_of(i)) {
+            for (Index t : body.edge_triangles[spoke.edge])
+                for (Index e : body.triangle_edges[t])
+                    if (body.rest_length[e] > longest) {
+                        found.push_back(t);
+                        break;
+                    }
+            if (seen.insert(spoke.neighbour).second) open.push_back(spoke.neighbour);
+        }
+    }
+    unique(found);
+    return found;
+}
+
+}  // namespace innerspring
