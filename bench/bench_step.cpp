@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <chrono>
 #include <map>
 
 #include "innerspring/mesh/read.h"
@@ -95,6 +96,40 @@ void volume_every_step(benchmark::State& b) {
     per_vertex(b, body, 1);
 }
 
+/// A patch of about 100 triangles refined in place and taken back, each with all that the next step needs:
+/// masses and springs, the motion, a patch load, and the stable step. `refine_ms` is the first half alone.
+void refine_patch(benchmark::State& b) {
+    Body body = sphere_body(b.range(0), false);
+    const Index vertex = 1000;
+    const double spacing = std::sqrt(4 * 3.14159 / double(body.vertices()));
+    Loads loads;
+    loads.forces.push_back(patch_force(body, vertex, 5 * spacing, Vector(0, 0, -0.01)));
+    State state = rest_state(body);
+    Subdivision history(body.rest);
+    Workspace workspace(body, {.dt = 1e-4});
+    const std::size_t room = 4000;
+    reserve(body, room), history.reserve(room), workspace.reserve(room);
+    state.x.reserve(state.x.size() + room), state.v.reserve(state.v.size() + room);
+    const std::vector<Index> patch = triangles_near(body.rest, body.rest.positions[vertex], 3.2 * spacing);
+    double refining = 0;
+    auto follow = [&](const Transfer& change) {
+        carry_over(loads, body, change);
+        workspace.adapt(body, change);
+    };
+    std::vector<Index> again = patch;
+    for (auto _ : b) {
+        const auto start = std::chrono::steady_clock::now();
+        follow(refine(body, history, state, again));
+        refining += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        follow(coarsen(body, history, state, [](auto&&...) { return false; }));
+        b.PauseTiming();
+        again = triangles_near(body.rest, body.rest.positions[vertex], 3.2 * spacing);
+        b.ResumeTiming();
+    }
+    b.counters["triangles"] = double(patch.size());
+    b.counters["refine_ms"] = benchmark::Counter(1e3 * refining, benchmark::Counter::kAvgIterations);
+}
+
 /// A binary STL read from memory and welded.
 void read_stl(benchmark::State& b) {
     const std::string bytes = to_stl_binary(make_shape(fmt::format("icosphere:vertices={}", b.range(0))));
@@ -120,6 +155,7 @@ BENCHMARK(implicit)
 BENCHMARK(equilibrium)->Arg(642)->Arg(2562)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(build)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(volume_every_step)->Arg(642)->Arg(10242)->Arg(163842)->ArgName("vertices");
+BENCHMARK(refine_patch)->Arg(2562)->Arg(200000)->ArgName("vertices")->Unit(benchmark::kMillisecond);
 BENCHMARK(read_stl)->Arg(500002)->ArgName("vertices")->Unit(benchmark::kMillisecond)->Iterations(3);
 
 BENCHMARK_MAIN();
