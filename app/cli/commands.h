@@ -12,3 +12,4 @@ struct Command {
 Command add_check(CLI::App& program);
 Command add_estimate(CLI::App& program);
 Command add_simulate(CLI::App& program);
+Command add_refine(CLI::App& program);

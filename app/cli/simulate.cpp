@@ -21,7 +21,7 @@ struct Arguments {
     OutputOptions output;
     std::string directory;
     std::optional<std::string> gravity, integrator;
-    std::vector<std::string> forces, pins;
+    std::vector<std::string> forces, pins, refine;
     std::optional<double> duration, dt, residual;
     std::optional<int> every, threads;
     bool equilibrium = false, free = false, resume = false;
@@ -55,6 +55,9 @@ void print(const Summary& s, const std::string& directory) {
     print_row("displacement, mean", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", mean.x(), mean.y(), mean.z()));
     print_row("displacement, spread", fmt::format("({:.4g}, {:.4g}, {:.4g}) m, largest {:.4g} m", spread.x(),
                                                   spread.y(), spread.z(), s.last.max_displacement));
+    if (s.refinements > 0)
+        print_row("refinement",
+                  fmt::format("{} changes; {} vertices at the end", s.refinements, s.vertices_last));
     print_row("equilibrium", fmt::format("{} (largest force left {:.3g} N)",
                                          s.equilibrium_reached ? "reached" : "not reached", s.residual_n));
     print_row("speed",
@@ -73,6 +76,7 @@ int run(const Arguments& a) {
     if (a.gravity) scene.gravity = parse_vector(*a.gravity, "--gravity");
     for (const std::string& f : a.forces) scene.forces.push_back(parse_force(f));
     for (const std::string& p : a.pins) scene.pins.push_back(parse_pin(p));
+    for (const std::string& r : a.refine) scene.refine.push_back(parse_refine(r));
     if (a.duration) scene.duration = *a.duration;
     if (a.dt) scene.step.dt = *a.dt;
     if (a.integrator) scene.step.integrator = parse_integrator(*a.integrator);
@@ -125,6 +129,12 @@ Command add_simulate(CLI::App& program) {
     app->add_option("--pin", a->pins,
                     "held or moved vertices: 'near=[x,y,z], radius=R' or 'vertices=[i,j]', "
                     "path=[[t,dx,dy,dz],...]; repeatable")
+        ->type_name("SPEC");
+    app->add_option(
+           "--refine", a->refine,
+           "refine during the run: 'edge_share=S' around each force with a radius while it acts, "
+           "until no edge is longer than S of that radius; or 'at=T, near=[x,y,z], radius=R, levels=N' "
+           "[s, m]; repeatable")
         ->type_name("SPEC");
     app->add_option("--duration", a->duration, "time to simulate [s] (default 2)")->type_name("S");
     app->add_option("--dt", a->dt, "time step [s], sub-stepped as stability needs (default 0.01)")

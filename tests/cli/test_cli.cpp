@@ -49,7 +49,7 @@ void expect_keys(const nlohmann::json& actual, const std::vector<std::string>& p
 }  // namespace
 
 TEST(Cli, HelpNamesUnitsAndDefaults) {
-    for (const char* command : {"", "check", "estimate", "simulate"}) {
+    for (const char* command : {"", "check", "estimate", "simulate", "refine"}) {
         const Output out = innerspring(fmt::format("{} --help", command));
         EXPECT_EQ(out.code, 0);
         EXPECT_NE(out.text.find("Usage"), std::string::npos);
@@ -175,6 +175,36 @@ TEST(Cli, SimulateAsJsonHasItsKeysAndEqualsItsSummary) {
     EXPECT_EQ(j["duration_s"], 0.1);
     const auto again = json(fmt::format("simulate sphere:vertices=200 -o {} --duration 0.1 --json", out));
     EXPECT_EQ(j["state_hash"], again["state_hash"]);
+}
+
+TEST(Cli, RefineWritesAClosedSurfaceAndItsMap) {
+    TemporaryFolder folder("cli-refine");
+    const std::string out = (folder.path / "fine.ply").string(), map = (folder.path / "map.csv").string();
+    const auto j = json(fmt::format(
+        "refine sphere:vertices=300 --near 0,0,1 --radius 0.5 --levels 2 -o {} --map {} --json", out, map));
+    EXPECT_EQ(j["mesh"]["vertices"], 300);
+    EXPECT_EQ(j["volume_change_percent"], 0);
+    const std::size_t vertices = j["refined"]["vertices"];
+    EXPECT_GT(vertices, 400u);
+    const std::string text = content(map);
+    EXPECT_TRUE(text.starts_with("new_vertex,end_a,end_b\n300,"));
+    EXPECT_EQ(std::size_t(std::count(text.begin(), text.end(), '\n')), vertices - 300 + 1);
+    const auto check = json(fmt::format("check {} --json", out));
+    EXPECT_EQ(check["verdict"], "fine");
+    EXPECT_EQ(check["mesh"]["vertices"], vertices);
+    // Other regions.
+    for (const char* region : {"--vertex 7 --rings 2", "--vertex 7 --radius 0.4 --along", "--longer-than 0.2",
+                               "--near 0,0,1 --rings 1 --smooth"})
+        EXPECT_GT(
+            json(fmt::format("refine sphere:vertices=300 {} -o {} --json", region, out))["chosen_triangles"],
+            3)
+            << region;
+    expect_refused("refine sphere -o x.obj", "say what");
+    expect_refused("refine sphere -o x.obj --radius 1", "say where");
+    expect_refused("refine sphere -o x.obj --near 0,0,9 --radius 0.1", "the nearest vertex is at");
+    expect_refused("refine sphere -o x.obj --vertex 99999 --rings 1", "has 0 to");
+    expect_refused("refine sphere -o x.xyz --vertex 0 --rings 1", "x.xyz");
+    expect_refused("refine sphere -o x.obj --vertex 0 --rings 1 --levels 99", "levels");
 }
 
 TEST(Cli, AnEmptyRunIsARun) {

@@ -183,7 +183,8 @@ TEST(Refine, RegionsAreWhatTheySay) {
                            mesh.positions[mesh.triangles[9][2]]) /
                           3;
     EXPECT_EQ(triangles_near(mesh, inside, 1e-6), std::vector<Index>{9});
-    EXPECT_EQ(triangles_near(mesh, 3 * inside, 1e-6).size(), 1u);  // out of reach: the nearest
+    EXPECT_TRUE(triangles_near(mesh, 3 * inside, 1.9).empty());
+    EXPECT_FALSE(triangles_near(mesh, 3 * inside, 2.1).empty());
     const auto upper = triangles_where(mesh, [](const Vector& a, const Vector& b, const Vector& c) {
         return a.z() > 0 && b.z() > 0 && c.z() > 0;
     });

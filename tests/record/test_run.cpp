@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "innerspring/mesh/error.h"
+#include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/record/state_file.h"
 #include "support/temporary_folder.h"
@@ -99,6 +100,83 @@ TEST(Run, ResumedRunsGiveTheSameBitsAsOnesThatWentOn) {
         }
 }
 
+// The mesh of a resumed run is found again from the scene alone.
+TEST(Run, RefinedRunsResumeToTheSameBits) {
+    for (const char* scheme : {"C", "A"}) {
+        TemporaryFolder whole("refined-whole"), parts("refined-parts");
+        Scene scene = pushed_sphere();
+        scene.scheme = parse_scheme(scheme);
+        scene.forces[0].start = 0.04;
+        scene.forces[0].end = 0.2;
+        scene.forces[0].ramp = 0.02;
+        scene.refine = {parse_refine("edge_share = 0.25"),
+                        parse_refine("at = 0.08, near = [1, 0, 0], radius = 0.3, levels = 2")};
+        const Summary through = run(scene, {.directory = whole.path});
+        EXPECT_EQ(through.failure, "");
+        EXPECT_GE(through.refinements, 3);  // for the force, at the time, and back after the force
+        EXPECT_GT(through.vertices_last, 220u);
+        for (double pause : {0.05, 0.11, 0.25}) {
+            scene.duration = pause;
+            run(scene, {.directory = parts.path});
+            scene.duration = 0.3;
+            const Summary resumed = run(scene, {.directory = parts.path, .resume = true});
+            EXPECT_EQ(through.state_hash, resumed.state_hash) << pause;
+            EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
+            EXPECT_EQ(content(whole.path / "frames/frame_00000028.vtp"),
+                      content(parts.path / "frames/frame_00000028.vtp"));
+        }
+        // Another scene's refinement is another scene.
+        Scene other = scene;
+        other.refine.pop_back();
+        EXPECT_THROW(run(other, {.directory = parts.path, .resume = true}), InputError);
+    }
+}
+
+// Refined while the force acts: no edge around it is longer than asked for; as it was once it has gone.
+TEST(Run, RefinementFollowsAForceAndIsUndone) {
+    TemporaryFolder folder("refine-follow");
+    Scene scene = pushed_sphere();
+    scene.refine = {parse_refine("edge_share = 0.2, levels = 3")};
+    innerspring::Setup setup = set_up(scene);
+    State state = rest_state(setup.body);
+    Refiner refiner(setup.body, setup.refine);
+    const std::size_t before = setup.body.vertices();
+    refiner.before_step(0, 0.01, setup.body, setup.loads, state, [](const Transfer&) {});
+    const Force& force = setup.loads.forces[0];
+    EXPECT_TRUE(coarse_triangles(setup.body, force.centre, force.radius, 0.2 * force.radius).empty());
+    EXPECT_GT(setup.body.vertices(), before + 20);
+
+    scene.forces[0].end = 0.15;
+    const Summary s = run(scene, {.directory = folder.path});
+    EXPECT_GT(s.refinements, 1);
+    EXPECT_EQ(s.vertices_last, before);
+    scene.equilibrium = true;
+    scene.forces[0] = pushed_sphere().forces[0];
+    scene.forces[0].ramp = 0;
+    const Summary balance = run(scene, {.directory = folder.path});
+    EXPECT_TRUE(balance.equilibrium_reached);
+    EXPECT_GT(balance.vertices_last, before + 20);
+}
+
+// About one centre a refinement may be impossible: the run stops there, with all it had.
+TEST(Run, ARefusedRefinementKeepsTheRun) {
+    TemporaryFolder folder("refine-refused");
+    SurfaceMesh mesh = make_shape("icosphere:vertices=642");
+    const Vector up = mesh.positions[100], side = up.cross(Vector(0.3, 0.5, 0.1)).normalized();
+    mesh.positions[100] += 0.25 * side + 0.15 * up;
+    write(mesh, folder.path / "overhang.obj");
+    Scene scene;
+    scene.mesh = (folder.path / "overhang.obj").string();
+    scene.unit = "m";
+    scene.centre = {CentreKind::given, Vector::Zero()};
+    scene.duration = 0.1;
+    scene.refine = {parse_refine("at = 0.05, vertex = 100, radius = 0.3")};
+    const Summary s = run(scene, {.directory = folder.path / "out"});
+    EXPECT_NE(s.failure.find("not positive"), std::string::npos) << s.failure;
+    EXPECT_EQ(s.steps, 5u);
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "out/summary.json"));
+}
+
 TEST(Run, ARunThatWasKilledAnywhereCanBeResumed) {
     TemporaryFolder whole("unkilled"), killed("killed");
     Scene scene = pushed_sphere();
@@ -121,7 +199,7 @@ TEST(Run, ARunThatWasKilledAnywhereCanBeResumed) {
         usleep(useconds_t(3000 + 17000 * round));
         kill(child, SIGKILL);
         waitpid(child, nullptr, 0);
-        EXPECT_NO_THROW(read_state(killed.path / "state.bin", through.subject.vertices)) << round;
+        EXPECT_NO_THROW(read_state(killed.path / "state.bin")) << round;
     }
     const Summary resumed = run(scene, {.directory = killed.path, .resume = true});
     EXPECT_EQ(resumed.state_hash, through.state_hash);
@@ -173,7 +251,7 @@ TEST(Run, ABlowUpKeepsTheLastGoodStateAndSaysWhere) {
     const Summary s = run(scene, {.directory = folder.path});
     EXPECT_NE(s.failure.find("vertex"), std::string::npos) << s.failure;
     EXPECT_NE(s.failure.find("t = 0.1"), std::string::npos) << s.failure;
-    const SavedState saved = read_state(folder.path / "state.bin", s.subject.vertices);
+    const SavedState saved = read_state(folder.path / "state.bin");
     for (const Vector& x : saved.state.x) ASSERT_TRUE(x.allFinite());
     EXPECT_EQ(saved.state.steps, s.steps);
     EXPECT_EQ(content(folder.path / "series.csv").find("nan"), std::string::npos);

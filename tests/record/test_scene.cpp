@@ -67,6 +67,15 @@ path = [[0, 0, 0, 0], [1, 0.1, 0, 0]]
 [[pin]]
 near = [0, -1, 0]
 radius = 0.25
+
+[[refine]]
+at = 0.5
+near = [0, 1, 0]
+radius = 0.3
+levels = 2
+
+[[refine]]
+edge_share = 0.25
 )";
 
 std::string message_of(const std::string& text) {
@@ -153,6 +162,15 @@ void expect_same(const Scene& a, const Scene& b) {
         EXPECT_TRUE(same(a.pins[n].near, b.pins[n].near));
         EXPECT_TRUE(same(a.pins[n].radius, b.pins[n].radius));
         EXPECT_TRUE(same(a.pins[n].path, b.pins[n].path));
+    }
+    ASSERT_EQ(a.refine.size(), b.refine.size());
+    for (std::size_t n = 0; n < a.refine.size(); ++n) {
+        EXPECT_TRUE(same(a.refine[n].at, b.refine[n].at));
+        EXPECT_EQ(a.refine[n].vertex, b.refine[n].vertex);
+        EXPECT_TRUE(same(a.refine[n].near, b.refine[n].near));
+        EXPECT_TRUE(same(a.refine[n].radius, b.refine[n].radius));
+        EXPECT_TRUE(same(a.refine[n].edge_share, b.refine[n].edge_share));
+        EXPECT_EQ(a.refine[n].levels, b.refine[n].levels);
     }
 }
 
@@ -424,6 +442,13 @@ TEST(Scene, ErrorsNameLineKeyAndRemedy) {
         {"[[pin]]\nvertices = [1.5]", "s.toml:2: vertices in [[pin]] must be a whole number"},
         {"[[pin]]\nvertices = [1]\npath = [[0,0,0]]",
          "s.toml:3: path in [[pin]] must be [time_s, dx, dy, dz]"},
+        {"[[refine]]\nradius = 1", "s.toml:1: [[refine]] needs exactly one of at and edge_share"},
+        {"[[refine]]\nat = 1", "s.toml:1: [[refine]] with at needs exactly one of vertex and near"},
+        {"[[refine]]\nedge_share = 0.2\nnear = [0,0,0]",
+         "s.toml:3: near in [[refine]] goes with at; edge_share follows the forces"},
+        {"[[refine]]\nedge_share = 0", "s.toml:2: edge_share in [[refine]] is 0; it must be positive"},
+        {"[[refine]]\nedge_share = 0.2\nlevels = 11",
+         "s.toml:3: levels in [[refine]] is 11; it must be from 1 to 10"},
         {"[[pin]]\nvertices = [1]\npath = [[1,0,0,0],[0,0,0,0]]",
          "s.toml:3: path in [[pin]]: its times must increase; 0 s does not"},
         {"mesh =", "s.toml:1: "},

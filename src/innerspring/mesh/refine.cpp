@@ -70,17 +70,13 @@ void require_radius(double radius) {
 std::vector<Index> triangles_near(const SurfaceMesh& mesh, const Vector& point, double radius) {
     require_radius(radius);
     std::vector<Index> found;
-    Index nearest = 0;
-    double least = INFINITY;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
         const Triangle& c = mesh.triangles[t];
         const double d =
             (nearest_point(point, mesh.positions[c[0]], mesh.positions[c[1]], mesh.positions[c[2]]) - point)
                 .norm();
         if (d <= radius) found.push_back(Index(t));
-        if (d < least) least = d, nearest = Index(t);
     }
-    if (found.empty() && !mesh.triangles.empty()) found.push_back(nearest);
     return found;
 }
 

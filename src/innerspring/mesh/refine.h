@@ -19,8 +19,7 @@ struct RefineOptions {
     Placement placement = Placement::in_plane;
 };
 
-/// Triangles with a point within `radius` [m] of `point`, straight through space; the nearest one if there is
-/// none.
+/// Triangles with a point within `radius` [m] of `point`, straight through space.
 std::vector<Index> triangles_near(const SurfaceMesh& mesh, const Vector& point, double radius);
 
 /// Triangles with a corner within `radius` [m] of `vertex` along the surface (fast marching, Kimmel & Sethian

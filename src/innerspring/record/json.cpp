@@ -79,6 +79,7 @@ std::string to_json(const Summary& s) {
     j["equilibrium"] = {
         {"reached", s.equilibrium_reached}, {"residual_n", s.residual_n}, {"tolerance_n", s.tolerance_n}};
     j["steps"] = s.steps;
+    if (s.refinements > 0) j["refinement"] = {{"changes", s.refinements}, {"vertices_last", s.vertices_last}};
     j["seconds"] = s.seconds;
     j["ns_per_vertex_step"] = s.ns_per_vertex_step;
     j["state_hash"] = fmt::format("{:016x}", s.state_hash);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/write.h"
@@ -36,6 +37,11 @@ class EnergyWatch {
     }
 
     double put_in() const { return put_in_; }
+    /// The mesh has changed, which put so much energy [J] in.
+    void refined(const Body& body, const Loads& loads, const State& state, double energy) {
+        put_in_ += energy;
+        pin_forces(body, loads, state);
+    }
 
     /// Accounts for the step from `before` to `now`; true if there is more energy than can be explained.
     bool exceeded(const Body& body, const Loads& loads, const State& state, const Measures& before,
@@ -144,8 +150,8 @@ std::string blow_up(const Body& body, const State& state, Index vertex) {
 
 Summary run(const Scene& scene, const RunOptions& options) {
     Setup setup = set_up(scene);
-    const Body& body = setup.body;
-    const Loads& loads = setup.loads;
+    Body& body = setup.body;
+    Loads& loads = setup.loads;
     const std::uint64_t total = scene.equilibrium ? 0 : step_count(scene);
 
     Summary summary;
@@ -154,21 +160,33 @@ Summary run(const Scene& scene, const RunOptions& options) {
     summary.dt_s = scene.step.dt;
 
     Workspace workspace(body, scene.step);
-    summary.integrator = workspace.integrator();
-    summary.substeps = workspace.substeps();
-
     State state = rest_state(body);
+    Refiner refiner(body, std::move(setup.refine));
+    double released = 0;  // what refining put into the springs and the motion [J]
+    auto refine_before_step = [&](double time) {
+        refiner.before_step(time, scene.step.dt, body, loads, state, [&](const Transfer& transfer) {
+            workspace.adapt(body, transfer);
+            released += std::abs(transfer.kinetic_change_j) + std::abs(transfer.elastic_change_j);
+        });
+    };
     std::vector<Measures> rows;
     const std::uint64_t hash = resume_hash(scene);
     double put_in = 0;
     Writer writer{options.directory, body, loads, {}};
     if (options.resume) {
         if (scene.equilibrium) throw InputError("an equilibrium has nothing to resume; leave --resume out");
-        SavedState saved = read_state(options.directory / "state.bin", body.vertices());
+        SavedState saved = read_state(options.directory / "state.bin");
         if (saved.scene_hash != hash)
             throw InputError(fmt::format(
                 "{}: holds a run of another scene; only the duration and the threads may change on --resume",
-                options.directory.string()));
+                (options.directory / "state.bin").string()));
+        // The mesh as it was then: what was due before each step taken, on a body at rest.
+        for (std::uint64_t s = 0; s < saved.state.steps; ++s) refine_before_step(double(s) * scene.step.dt);
+        if (saved.state.x.size() != body.vertices())
+            throw InputError(fmt::format(
+                "{}: a state of {} vertices where the mesh has {}; it is of another mesh",
+                (options.directory / "state.bin").string(), saved.state.x.size(), body.vertices()));
+        released = 0;
         state = std::move(saved.state);
         put_in = saved.energy_bound;
         rows = read_series(options.directory / "series.csv", std::size_t(state.steps) + 1, loads);
@@ -194,7 +212,10 @@ Summary run(const Scene& scene, const RunOptions& options) {
     }
 
     int unconverged = 0;
+    double vertex_steps = 0;
+    summary.substeps = workspace.substeps();
     if (scene.equilibrium) {
+        refine_before_step(0);
         const auto start = Clock::now();
         const EquilibriumReport report = solve_equilibrium(body, loads, state, {scene.residual_n, 200});
         summary.seconds = seconds_since(start);
@@ -216,8 +237,17 @@ Summary run(const Scene& scene, const RunOptions& options) {
         const std::uint64_t first = state.steps;
         while (state.steps < total && summary.failure.empty() && !summary.stopped) {
             const auto start = Clock::now();
+            try {
+                refine_before_step(state.time);
+            } catch (const InputError& error) {
+                summary.failure = fmt::format("stopped at t = {:.6g} s: {}", state.time, error.what());
+                break;
+            }
+            if (released > 0) watch.refined(body, loads, state, std::exchange(released, 0.0));
             const StepReport report = step(body, loads, state, workspace);
             summary.seconds += seconds_since(start);
+            summary.substeps = std::max(summary.substeps, workspace.substeps());
+            vertex_steps += double(body.vertices()) * workspace.substeps();
             if (report.not_finite != no_index) {
                 summary.failure = blow_up(body, state, report.not_finite);
                 break;
@@ -247,10 +277,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
             scene.residual_n > 0 ? scene.residual_n : 1e-9 * load_sum(body, loads, state.time);
         summary.equilibrium_reached = summary.residual_n <= summary.tolerance_n && !body.free;
         put_in = watch.put_in();
-        const double done = double(state.steps - first);
-        if (done > 0)
-            summary.ns_per_vertex_step =
-                1e9 * summary.seconds / (double(body.vertices()) * done * summary.substeps);
+        if (vertex_steps > 0) summary.ns_per_vertex_step = 1e9 * summary.seconds / vertex_steps;
     }
     if (unconverged > 0)
         summary.warnings.push_back(fmt::format("{} of {} implicit steps ended above the tolerance {:g}",
@@ -260,6 +287,9 @@ Summary run(const Scene& scene, const RunOptions& options) {
     writer.frame(state);
     writer.checkpoint({hash, put_in, state}, rows);
 
+    summary.integrator = workspace.integrator();
+    summary.refinements = refiner.changes();
+    summary.vertices_last = body.vertices();
     summary.duration_s = state.time;
     summary.steps = state.steps;
     summary.volume_variation_percent = volume_variation(rows);

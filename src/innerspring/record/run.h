@@ -26,7 +26,7 @@ struct Summary {
     Subject subject;
     Integrator integrator = Integrator::symplectic;
     double dt_s = 0;
-    int substeps = 1;
+    int substeps = 1;       ///< per step; the most where refinement changed them
     double duration_s = 0;  ///< reached
     VolumeVariation volume_variation_percent;
     Measures last;  ///< at the end
@@ -34,6 +34,8 @@ struct Summary {
     double residual_n = 0;   ///< largest force left on a vertex at the end [N]
     double tolerance_n = 0;  ///< what counts as equilibrium [N]
     std::uint64_t steps = 0;
+    int refinements = 0;            ///< changes of the mesh during the run
+    std::size_t vertices_last = 0;  ///< at the end
     double seconds = 0;             ///< spent stepping or solving, measuring and writing left out [s]
     double ns_per_vertex_step = 0;  ///< per vertex and sub-step
     std::uint64_t state_hash = 0;

@@ -30,6 +30,17 @@ struct ScenePin {
     std::vector<std::pair<double, Vector>> path;  ///< [[time_s, dx, dy, dz], ...] in metres
 };
 
+/// Refinement during the run: one [[refine]] table. Either at (with vertex or near) or edge_share.
+struct SceneRefine {
+    std::optional<double> at;            ///< [s]: once, around vertex or near
+    std::optional<std::int64_t> vertex;  ///< index in the welded mesh
+    std::optional<Vector> near;          ///< [m]: the vertex nearest to this point
+    double radius = 0;                   ///< [m] from that vertex, straight through space
+    std::optional<double> edge_share;  ///< around patch forces while they act: no edge longer than this share
+                                       ///< of the radius of influence
+    int levels = 1;                    ///< with edge_share: at most so many
+};
+
 /// All that a simulation needs, as a scene file says it. Keys of the file are given behind each member; units
 /// are SI.
 struct Scene {
@@ -49,8 +60,9 @@ struct Scene {
     bool equilibrium = false;  ///< [simulation] equilibrium: solve for balance instead of stepping
     double residual_n = 0;     ///< [simulation] residual_n
     int every = 10;  ///< [simulation] every: a frame each so many steps; 0: only the first and the last
-    std::vector<SceneForce> forces;  ///< [[force]]
-    std::vector<ScenePin> pins;      ///< [[pin]]
+    std::vector<SceneForce> forces;   ///< [[force]]
+    std::vector<ScenePin> pins;       ///< [[pin]]
+    std::vector<SceneRefine> refine;  ///< [[refine]]
 };
 
 /// Reads a scene file. Throws InputError "FILE:LINE: ...": not TOML, an unknown key (naming the nearest known
@@ -62,6 +74,7 @@ Scene scene_from_text(std::string_view toml, std::string_view name);
 /// radius = 0.4" (braces optional).
 SceneForce parse_force(std::string_view text);
 ScenePin parse_pin(std::string_view text);
+SceneRefine parse_refine(std::string_view text);
 
 /// The whole scene as TOML with every key said, readable by scene_from_text to the same bits.
 std::string to_toml(const Scene& scene);

@@ -101,6 +101,23 @@ ScenePin read_pin(const Table& t) {
     return p;
 }
 
+SceneRefine read_refine(const Table& t) {
+    SceneRefine r;
+    if (!t.find("at") == !t.find("edge_share")) t.refuse("needs exactly one of at and edge_share");
+    if (t.find("at") && !t.find("vertex") == !t.find("near"))
+        t.refuse("with at needs exactly one of vertex and near");
+    for (const char* key : {"vertex", "near", "radius"})
+        if (t.find(key) && !t.find("at")) t.refuse(key, "goes with at; edge_share follows the forces");
+    if (t.find("at")) t.read("at", r.at, Range::not_negative);
+    if (t.find("vertex")) t.read("vertex", r.vertex.emplace(), 0, largest_vertex);
+    t.read("near", r.near);
+    t.read("radius", r.radius, Range::not_negative);
+    t.read("edge_share", r.edge_share, Range::positive);
+    if (!r.at) r.levels = 3;
+    t.read("levels", r.levels, 1, most_levels);
+    return r;
+}
+
 Scene read_top(const Table& t) {
     Scene scene;
     t.read("mesh", scene.mesh);
@@ -114,11 +131,13 @@ Scene read_top(const Table& t) {
     if (const auto table = t.table("material", material)) read_material(*table, scene);
     if (const auto table = t.table("body", body)) read_body(*table, scene);
     if (const auto table = t.table("simulation", simulation)) read_simulation(*table, scene);
-    const std::vector<Table> forces = t.tables("force", force), pins = t.tables("pin", pin);
+    const std::vector<Table> forces = t.tables("force", force), pins = t.tables("pin", pin),
+                             refinements = t.tables("refine", refinement);
     scene.forces.reserve(forces.size());
     for (const Table& table : forces) scene.forces.push_back(read_force(table));
     scene.pins.reserve(pins.size());
     for (const Table& table : pins) scene.pins.push_back(read_pin(table));
+    for (const Table& table : refinements) scene.refine.push_back(read_refine(table));
     return scene;
 }
 
@@ -166,6 +185,10 @@ SceneForce parse_force(std::string_view text) {
 
 ScenePin parse_pin(std::string_view text) {
     return parse_option("--pin", text, pin, read_pin);
+}
+
+SceneRefine parse_refine(std::string_view text) {
+    return parse_option("--refine", text, refinement, read_refine);
 }
 
 }  // namespace innerspring

@@ -56,9 +56,10 @@ struct Section {
     std::vector<std::string_view> keys;
 };
 
-inline const std::array<Section, 6>& sections() {
-    static const std::array<Section, 6> all{{
-        {"", {"mesh", "unit", "normalize", "weld", "material", "body", "simulation", "force", "pin"}},
+inline const std::array<Section, 7>& sections() {
+    static const std::array<Section, 7> all{{
+        {"",
+         {"mesh", "unit", "normalize", "weld", "material", "body", "simulation", "force", "pin", "refine"}},
         {"[material]",
          {"name", "mass_kg", "density_kg_m3", "young_pa", "surface_n_m", "surface_ratio", "damping_ratio"}},
         {"[body]", {"scheme", "centre", "free"}},
@@ -68,11 +69,12 @@ inline const std::array<Section, 6>& sections() {
         {"[[force]]",
          {"name", "vertex", "near", "newton", "inward", "radius", "start", "end", "ramp", "profile"}},
         {"[[pin]]", {"vertices", "near", "radius", "path"}},
+        {"[[refine]]", {"at", "vertex", "near", "radius", "edge_share", "levels"}},
     }};
     return all;
 }
 
-enum SectionIndex { top, material, body, simulation, force, pin };
+enum SectionIndex { top, material, body, simulation, force, pin, refinement };
 inline constexpr std::int64_t largest_vertex = no_index - 1;
 
 enum class Range { finite, not_negative, positive };

@@ -88,6 +88,19 @@ void write(std::string& out, const ScenePin& p) {
     out += "]\n";
 }
 
+void write(std::string& out, const SceneRefine& r) {
+    out += "\n[[refine]]\n";
+    if (r.at) {
+        out += fmt::format("at = {}\n", real(*r.at));
+        if (r.vertex) out += fmt::format("vertex = {}\n", *r.vertex);
+        if (r.near) out += fmt::format("near = {}\n", list(*r.near));
+        out += fmt::format("radius = {}\n", real(r.radius));
+    } else {
+        out += fmt::format("edge_share = {}\n", real(r.edge_share.value_or(0)));
+    }
+    out += fmt::format("levels = {}\n", r.levels);
+}
+
 }  // namespace
 
 std::string to_toml(const Scene& scene) {
@@ -122,6 +135,7 @@ std::string to_toml(const Scene& scene) {
 
     for (const SceneForce& f : scene.forces) write(out, f);
     for (const ScenePin& p : scene.pins) write(out, p);
+    for (const SceneRefine& r : scene.refine) write(out, r);
     return out;
 }
 

@@ -125,6 +125,7 @@ Setup set_up(const Scene& scene) {
     LoadedMesh loaded = load_mesh(scene.mesh, scene.unit, scene.normalize, scene.weld);
     Setup setup{build_body(std::move(loaded.mesh), scene.material, {scene.scheme, scene.centre, scene.free}),
                 {},
+                {},
                 std::move(loaded.notes)};
     setup.loads.gravity = scene.gravity;
     for (const SceneForce& f : scene.forces) {
@@ -133,6 +134,13 @@ Setup set_up(const Scene& scene) {
             setup.loads.forces.back().name = fmt::format("force{}", setup.loads.forces.size());
     }
     for (const ScenePin& p : scene.pins) setup.loads.pins.push_back(to_pin(p, setup.body));
+    for (const SceneRefine& r : scene.refine) {
+        RefineRule rule{r.at, Vector::Zero(), r.radius, r.edge_share.value_or(0), r.levels};
+        if (r.vertex)
+            rule.place = setup.body.rest.positions[existing_vertex(*r.vertex, setup.body, "refine")];
+        if (r.near) rule.place = setup.body.rest.positions[nearest_vertex(setup.body, *r.near)];
+        setup.refine.push_back(rule);
+    }
     require_valid(setup.body, setup.loads);
     return setup;
 }

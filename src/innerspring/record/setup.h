@@ -1,6 +1,7 @@
 #pragma once
 #include "innerspring/body/estimate.h"
 #include "innerspring/record/scene.h"
+#include "innerspring/sim/refiner.h"
 
 namespace innerspring {
 
@@ -20,6 +21,7 @@ LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::opti
 struct Setup {
     Body body;
     Loads loads;
+    std::vector<RefineRule> refine;
     std::vector<std::string> notes;
 };
 Setup set_up(const Scene& scene);

@@ -42,17 +42,17 @@ void write_state(const SavedState& saved, const std::filesystem::path& file) {
     write_whole(file, bytes);
 }
 
-SavedState read_state(const std::filesystem::path& file, std::size_t vertices) {
+SavedState read_state(const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     if (!in) throw InputError(fmt::format("{}: there is no saved state to resume from", file.string()));
     const std::string bytes{std::istreambuf_iterator<char>(in), {}};
-    const std::size_t expected = magic.size() + 5 * 8 + 2 * vertices * sizeof(Vector) + 8;
     if (!bytes.starts_with(magic))
         throw InputError(fmt::format("{}: not a saved state of this version", file.string()));
-    if (bytes.size() != expected)
-        throw InputError(
-            fmt::format("{}: {} bytes where a state of {} vertices has {}; it is damaged or of another mesh",
-                        file.string(), bytes.size(), vertices, expected));
+    const std::size_t head = magic.size() + 5 * 8 + 8;
+    std::uint64_t n = 0;
+    if (bytes.size() >= head) std::memcpy(&n, bytes.data() + magic.size() + 2 * 8, 8);
+    if (n > bytes.size() || bytes.size() != head + 2 * n * sizeof(Vector))
+        throw InputError(fmt::format("{}: damaged ({} bytes long)", file.string(), bytes.size()));
     std::uint64_t check;
     std::memcpy(&check, bytes.data() + bytes.size() - 8, 8);
     if (check != text_hash(std::string_view(bytes).substr(0, bytes.size() - 8)))
@@ -64,16 +64,15 @@ SavedState read_state(const std::filesystem::path& file, std::size_t vertices) {
         std::memcpy(data, p, size);
         p += size;
     };
-    std::uint64_t n;
     take(&saved.scene_hash, 8);
     take(&saved.energy_bound, 8);
     take(&n, 8);
     take(&saved.state.time, 8);
     take(&saved.state.steps, 8);
-    saved.state.x.resize(vertices);
-    saved.state.v.resize(vertices);
-    take(saved.state.x.data(), vertices * sizeof(Vector));
-    take(saved.state.v.data(), vertices * sizeof(Vector));
+    saved.state.x.resize(n);
+    saved.state.v.resize(n);
+    take(saved.state.x.data(), n * sizeof(Vector));
+    take(saved.state.v.data(), n * sizeof(Vector));
     return saved;
 }
 

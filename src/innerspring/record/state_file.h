@@ -17,7 +17,7 @@ std::uint64_t text_hash(std::string_view text);
 /// Binary, little endian, with a checksum; whole or not there.
 void write_state(const SavedState& saved, const std::filesystem::path& file);
 
-/// Throws InputError if the file is missing, not a state, of another number of vertices, or damaged.
-SavedState read_state(const std::filesystem::path& file, std::size_t vertices);
+/// Throws InputError if the file is missing, not a state, or damaged.
+SavedState read_state(const std::filesystem::path& file);
 
 }  // namespace innerspring

@@ -1,5 +1,6 @@
 #pragma once
 #include <functional>
+#include <optional>
 
 #include "innerspring/body/refine.h"
 #include "innerspring/sim/loads.h"
