@@ -31,14 +31,6 @@ struct Arguments {
     OutputOptions output;
 };
 
-Index nearest_vertex(const SurfaceMesh& mesh, const Vector& point) {
-    Index nearest = 0;
-    for (Index i = 1; i < mesh.positions.size(); ++i)
-        if ((mesh.positions[i] - point).squaredNorm() < (mesh.positions[nearest] - point).squaredNorm())
-            nearest = i;
-    return nearest;
-}
-
 std::vector<Index> region(const SurfaceMesh& mesh, const Arguments& a) {
     std::vector<Index> chosen;
     if (a.near || a.vertex) {
@@ -53,7 +45,7 @@ std::vector<Index> region(const SurfaceMesh& mesh, const Arguments& a) {
         if (a.radius && !a.along) {
             chosen = triangles_near(mesh, point, *a.radius);
         } else {
-            const Index vertex = a.vertex ? *a.vertex : nearest_vertex(mesh, point);
+            const Index vertex = a.vertex ? *a.vertex : nearest_vertex(mesh.positions, point);
             const Topology topology = build_topology(mesh.positions.size(), mesh.triangles);
             chosen = a.rings ? triangles_in_ring(mesh, topology, vertex, *a.rings)
                              : triangles_along(mesh, topology, vertex, *a.radius);
@@ -103,7 +95,7 @@ int run(const Arguments& a) {
         std::string place;
         if (a.near) {
             const Vector point = parse_vector(*a.near, "--near");
-            const Vector& q = mesh.positions[nearest_vertex(mesh, point)];
+            const Vector& q = mesh.positions[nearest_vertex(mesh.positions, point)];
             place = fmt::format("; the nearest vertex is at {:.6g},{:.6g},{:.6g}, {:.4g} away", q.x(), q.y(),
                                 q.z(), (q - point).norm());
         }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 
 #include "innerspring/body/distribution.h"
 #include "innerspring/mesh/error.h"
@@ -104,9 +105,8 @@ void relink(Body& body, const SurfaceChange& change) {
             body.triangle_edges[t][k] = e;
         }
     // Highest first, so that the edge that takes a place is never one to be removed.
-    std::sort(loose.begin(), loose.end(), std::greater<>());
-    loose.erase(std::unique(loose.begin(), loose.end()), loose.end());
-    for (Index e : loose)
+    make_set(loose);
+    for (Index e : loose | std::views::reverse)
         if (body.edge_triangles[e][0] == no_index && body.edge_triangles[e][1] == no_index)
             remove_edge(body, e);
     for (const auto& [t, corners] : change.added)
@@ -125,8 +125,7 @@ void triangles_of(const Body& body, Index i, std::vector<Index>& found) {
     found.clear();
     for (const Spoke& s : body.spokes_of(i))
         for (Index t : body.edge_triangles[s.edge]) found.push_back(t);
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
+    make_set(found);
 }
 
 /// m_i and K_i by Eqs. 1-3, added up in the order of build_body(), so that the same surface gives the same
@@ -164,11 +163,6 @@ void move_vertex(Body& body, Index from, Index to) {
     body.L.pop_back(), body.m.pop_back(), body.K.pop_back(), body.c.pop_back();
 }
 
-void unique(std::vector<Index>& list) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-}
-
 }  // namespace
 
 BodyChange restructure(Body& body, Subdivision& history, const SurfaceChange& change, MeanStiffness mean) {
@@ -189,7 +183,7 @@ BodyChange restructure(Body& body, Subdivision& history, const SurfaceChange& ch
         stiffness += stiffness_share(body, corners);
         result.touched.insert(result.touched.end(), corners.begin(), corners.end());
     }
-    unique(result.touched);
+    make_set(result.touched);
 
     // Retired vertices, the highest first: then the last one is never among them but for itself.
     std::vector<Index> retired;
@@ -206,7 +200,7 @@ BodyChange restructure(Body& body, Subdivision& history, const SurfaceChange& ch
         result.moved.push_back({from, to});
     }
     result.touched.insert(result.touched.end(), neighbours.begin(), neighbours.end());
-    unique(result.touched);
+    make_set(result.touched);
     std::erase_if(result.touched, [&](Index i) { return i >= body.vertices(); });
 
     body.stiffness_sum += body.material.young * stiffness;

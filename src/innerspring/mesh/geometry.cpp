@@ -65,6 +65,13 @@ std::vector<Vector> vertex_normals(Positions x, Triangles triangles) {
     return normals;
 }
 
+Index nearest_vertex(Positions x, const Vector& point) {
+    Index nearest = 0;
+    for (Index i = 1; i < x.size(); ++i)
+        if ((x[i] - point).squaredNorm() < (x[nearest] - point).squaredNorm()) nearest = i;
+    return nearest;
+}
+
 std::pair<Vector, Vector> bounding_box(Positions x) {
     if (x.empty()) return {Vector::Zero(), Vector::Zero()};
     Vector lower = x[0], upper = x[0];

@@ -37,6 +37,9 @@ std::vector<double> vertex_areas(Positions x, Triangles triangles);
 /// Area-weighted unit normal of each vertex; zero where the triangles cancel.
 std::vector<Vector> vertex_normals(Positions x, Triangles triangles);
 
+/// The vertex nearest to a point, the first of several. Needs a vertex.
+Index nearest_vertex(Positions x, const Vector& point);
+
 /// Lower and upper corner of the bounding box [m].
 std::pair<Vector, Vector> bounding_box(Positions x);
 

@@ -192,8 +192,7 @@ SurfaceChange Subdivision::split(SurfaceMesh& mesh, std::span<const Index> trian
     families_before_ = families_.size();
     std::vector<Index> chosen, children;
     for (Index t : triangles) chosen.push_back(triangle_node_[t]);
-    std::sort(chosen.begin(), chosen.end());  // both halves of a green pair mean their parent
-    chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
+    make_set(chosen);  // both halves of a green pair mean their parent
     for (int level = 0; level < levels; ++level) {
         children.clear();
         for (Index node : chosen) {

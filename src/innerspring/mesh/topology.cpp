@@ -69,6 +69,11 @@ Topology build_topology(std::size_t vertices, Triangles triangles) {
     return topology;
 }
 
+void make_set(std::vector<Index>& indices) {
+    std::sort(indices.begin(), indices.end());
+    indices.erase(std::unique(indices.begin(), indices.end()), indices.end());
+}
+
 std::vector<Index> ring(const Topology& topology, Index vertex, int rings) {
     std::vector<Index> found{vertex};
     std::size_t level_begin = 0;

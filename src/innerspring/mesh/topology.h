@@ -38,6 +38,9 @@ inline Index other_end(const Edge& e, Index v) {
     return e.a == v ? e.b : e.a;
 }
 
+/// Sorts and drops repetitions.
+void make_set(std::vector<Index>& indices);
+
 /// Vertices within `rings` edges of `vertex`, breadth first, `vertex` itself first.
 std::vector<Index> ring(const Topology& topology, Index vertex, int rings = 1);
 

@@ -22,15 +22,6 @@ double metres_per(const std::string& unit) {
     throw InputError(fmt::format("unit '{}': expected mm, cm or m", unit));
 }
 
-Index nearest_vertex(const Body& body, const Vector& point) {
-    Index nearest = 0;
-    for (Index i = 1; i < body.vertices(); ++i)
-        if ((body.rest.positions[i] - point).squaredNorm() <
-            (body.rest.positions[nearest] - point).squaredNorm())
-            nearest = i;
-    return nearest;
-}
-
 Index existing_vertex(std::int64_t vertex, const Body& body, std::string_view what) {
     if (vertex < 0 || std::size_t(vertex) >= body.vertices())
         throw InputError(fmt::format("{}: vertex {} does not exist; the welded mesh has 0 to {}", what,
@@ -78,7 +69,8 @@ LoadedMesh load_mesh(const std::string& mesh, const std::string& unit, std::opti
 Force to_force(const SceneForce& f, const Body& body) {
     const std::string what = f.name.empty() ? "force" : "force '" + f.name + "'";
     if (!f.vertex && !f.near) throw InputError(what + ": say where: vertex or near");
-    const Index vertex = f.vertex ? existing_vertex(*f.vertex, body, what) : nearest_vertex(body, *f.near);
+    const Index vertex =
+        f.vertex ? existing_vertex(*f.vertex, body, what) : nearest_vertex(body.rest.positions, *f.near);
     Vector newton;
     if (f.newton)
         newton = *f.newton;
@@ -111,7 +103,7 @@ Pin to_pin(const ScenePin& p, const Body& body) {
     Pin pin;
     for (std::int64_t v : p.vertices) pin.vertices.push_back(existing_vertex(v, body, "pin"));
     if (p.near) {
-        const Index nearest = nearest_vertex(body, *p.near);
+        const Index nearest = nearest_vertex(body.rest.positions, *p.near);
         for (Index i = 0; i < body.vertices(); ++i)
             if (i == nearest || (body.rest.positions[i] - *p.near).norm() <= p.radius)
                 pin.vertices.push_back(i);
@@ -138,7 +130,8 @@ Setup set_up(const Scene& scene) {
         RefineRule rule{r.at, Vector::Zero(), r.radius, r.edge_share.value_or(0), r.levels};
         if (r.vertex)
             rule.place = setup.body.rest.positions[existing_vertex(*r.vertex, setup.body, "refine")];
-        if (r.near) rule.place = setup.body.rest.positions[nearest_vertex(setup.body, *r.near)];
+        if (r.near)
+            rule.place = setup.body.rest.positions[nearest_vertex(setup.body.rest.positions, *r.near)];
         setup.refine.push_back(rule);
     }
     require_valid(setup.body, setup.loads);

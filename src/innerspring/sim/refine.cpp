@@ -16,11 +16,6 @@ struct Part {
     std::vector<Index> vertices, edges;
 };
 
-void unique(std::vector<Index>& list) {
-    std::sort(list.begin(), list.end());
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-}
-
 /// The corners and sides of triangles as body.rest and body.triangle_edges have them, or the whole body.
 Part part_of(const Body& body, std::span<const SurfaceChange::Slot> slots, bool corners_as_recorded,
              bool everything) {
@@ -37,8 +32,8 @@ Part part_of(const Body& body, std::span<const SurfaceChange::Slot> slots, bool 
         part.vertices.insert(part.vertices.end(), c.begin(), c.end());
         part.edges.insert(part.edges.end(), body.triangle_edges[t].begin(), body.triangle_edges[t].end());
     }
-    unique(part.vertices);
-    unique(part.edges);
+    make_set(part.vertices);
+    make_set(part.edges);
     return part;
 }
 
@@ -208,7 +203,7 @@ std::vector<Index> coarse_triangles(const Body& body, Index vertex, double radiu
             if (seen.insert(spoke.neighbour).second) open.push_back(spoke.neighbour);
         }
     }
-    unique(found);
+    make_set(found);
     return found;
 }
 

@@ -28,7 +28,8 @@ double nearest_corner(const Vector& place, const Vector& a, const Vector& b, con
 }  // namespace
 
 Refiner::Refiner(const Body& body, std::vector<RefineRule> rules)
-    : rules_(std::move(rules)), done_(rules_.size(), false), history_(body.rest) {
+    : rules_(std::move(rules)), done_(rules_.size(), false) {
+    if (!rules_.empty()) history_.emplace(body.rest);
     for (const RefineRule& r : rules_) {
         if (r.levels < 1 || r.levels > most_levels)
             throw InputError(
@@ -52,7 +53,7 @@ void Refiner::before_step(double time, double dt, Body& body, Loads& loads, Stat
         const RefineRule& r = rules_[n];
         if (!r.at || done_[n] || time < *r.at - 1e-9 * dt) continue;
         done_[n] = true;
-        apply(refine(body, history_, state, triangles_near(body.rest, r.place, r.radius), r.levels));
+        apply(refine(body, *history_, state, triangles_near(body.rest, r.place, r.radius), r.levels));
     }
     // Edges at rest do not change by themselves: there is something to do only where a force begins or ends.
     std::vector<bool> acting(loads.forces.size());
@@ -68,11 +69,11 @@ void Refiner::before_step(double time, double dt, Body& body, Loads& loads, Stat
                 const Force& force = loads.forces[f];
                 if (acting[f])
                     apply(refine(
-                        body, history_, state,
+                        body, *history_, state,
                         coarse_triangles(body, force.centre, force.radius, r.edge_share * force.radius)));
             }
     }
-    apply(coarsen(body, history_, state, [&](const Vector& a, const Vector& b, const Vector& c) {
+    apply(coarsen(body, *history_, state, [&](const Vector& a, const Vector& b, const Vector& c) {
         for (std::size_t n = 0; n < rules_.size(); ++n) {
             const RefineRule& r = rules_[n];
             if (r.at && done_[n] && nearest_corner(r.place, a, b, c) <= r.radius + longest_side(a, b, c))

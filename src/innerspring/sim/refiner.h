@@ -31,9 +31,9 @@ class Refiner {
 
   private:
     std::vector<RefineRule> rules_;
-    std::vector<bool> done_;    ///< per rule with a time
-    std::vector<bool> acting_;  ///< per force
-    Subdivision history_;
+    std::vector<bool> done_;              ///< per rule with a time
+    std::vector<bool> acting_;            ///< per force
+    std::optional<Subdivision> history_;  ///< none without rules
     int changes_ = 0;
 };
 

@@ -34,8 +34,7 @@ void add_neighbours(const Body& body, std::vector<Index>& vertices) {
     const std::size_t n = vertices.size();
     for (std::size_t k = 0; k < n; ++k)
         for (const Spoke& spoke : body.spokes_of(vertices[k])) vertices.push_back(spoke.neighbour);
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    make_set(vertices);
 }
 
 }  // namespace
