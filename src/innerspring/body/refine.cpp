@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 
 #include "innerspring/body/distribution.h"
 #include "innerspring/mesh/error.h"
@@ -106,9 +105,8 @@ void relink(Body& body, const SurfaceChange& change) {
         }
     // Highest first, so that the edge that takes a place is never one to be removed.
     make_set(loose);
-    for (Index e : loose | std::views::reverse)
-        if (body.edge_triangles[e][0] == no_index && body.edge_triangles[e][1] == no_index)
-            remove_edge(body, e);
+    for (auto e = loose.rbegin(); e != loose.rend(); ++e)
+        if (body.edge_triangles[*e] == std::array{no_index, no_index}) remove_edge(body, *e);
     for (const auto& [t, corners] : change.added)
         for (Index e : body.triangle_edges[t]) {
             auto& sides = body.edge_triangles[e];

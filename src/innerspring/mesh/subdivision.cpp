@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <ranges>
 
 #include "innerspring/mesh/error.h"
 
@@ -257,10 +256,10 @@ SurfaceChange Subdivision::unsplit_families(SurfaceMesh& mesh, std::size_t first
         for (Index node : families)
             if (nodes_[node].going && !may_go(node)) nodes_[node].going = false, changed = true;
     }
-    for (Index& node : families | std::views::reverse) {  // children before parents
-        if (!nodes_[node].going) continue;
-        unsplit_node(node, change);
-        node = no_index;
+    for (auto node = families.rbegin(); node != families.rend(); ++node) {  // children before parents
+        if (!nodes_[*node].going) continue;
+        unsplit_node(*node, change);
+        *node = no_index;
     }
     std::erase(families_, no_index);
     show(mesh, change);
