@@ -13,3 +13,4 @@ Command add_check(CLI::App& program);
 Command add_estimate(CLI::App& program);
 Command add_simulate(CLI::App& program);
 Command add_refine(CLI::App& program);
+Command add_study(CLI::App& program);

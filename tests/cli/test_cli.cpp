@@ -49,7 +49,7 @@ void expect_keys(const nlohmann::json& actual, const std::vector<std::string>& p
 }  // namespace
 
 TEST(Cli, HelpNamesUnitsAndDefaults) {
-    for (const char* command : {"", "check", "estimate", "simulate", "refine"}) {
+    for (const char* command : {"", "check", "estimate", "simulate", "refine", "study"}) {
         const Output out = innerspring(fmt::format("{} --help", command));
         EXPECT_EQ(out.code, 0);
         EXPECT_NE(out.text.find("Usage"), std::string::npos);
@@ -205,6 +205,23 @@ TEST(Cli, RefineWritesAClosedSurfaceAndItsMap) {
     expect_refused("refine sphere -o x.obj --vertex 99999 --rings 1", "has 0 to");
     expect_refused("refine sphere -o x.xyz --vertex 0 --rings 1", "x.xyz");
     expect_refused("refine sphere -o x.obj --vertex 0 --rings 1 --levels 99", "levels");
+}
+
+TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
+    const TemporaryFolder folder("cli-study");
+    const std::string out = "-o " + folder.path.string();
+    const auto all = json("study all sphere:vertices=150 --quick --json --vertices 2 " + out);
+    expect_keys(all, {"/refinement/rows/0/ratio", "/refinement/means/0/mean_deviation_m",
+                      "/gravity/rows/0/volume_variation_percent/max", "/force/rows/0/density_class",
+                      "/claims/0/verdict"});
+    EXPECT_EQ(all["command"], "innerspring study all sphere:vertices=150 --vertices 2 --quick -o DIR");
+    EXPECT_TRUE(std::filesystem::exists(folder.path / "report.html"));
+    const auto again = json("study force sphere:vertices=150 --quick --json --vertices 2 --resume " + out);
+    EXPECT_EQ(again["rows"], all["force"]["rows"]);
+    expect_refused("study all sphere:vertices=160 --quick --vertices 2 --resume " + out,
+                   "cases of another study");
+    expect_refused("study al " + out, "expected refinement, gravity, force or all");
+    expect_refused("study all sphere --scheme B " + out, "--scheme");
 }
 
 TEST(Cli, AnEmptyRunIsARun) {

@@ -245,5 +245,25 @@ TEST_F(PlotTest, UnwritableFileIsAReason) {
     EXPECT_EQ(reason.find('\n'), std::string::npos);
 }
 
+TEST_F(PlotTest, PngIsAPicture) {
+    failure = write_png({"PNG", "x [m]", "y [m]", {wave("a", 1), wave("b", 2)}, false, false}, "plot.png");
+    SKIP_WITHOUT_GNUPLOT();
+    ASSERT_EQ(failure, "");
+    std::ifstream in("plot.png", std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_EQ(bytes.substr(0, 8), "\x89PNG\r\n\x1a\n");
+    EXPECT_NE(bytes.find("IEND"), std::string::npos);
+}
+
+TEST_F(PlotTest, CurvesTakeTheirColourAndDash) {
+    Plot plot{"", "", "", {wave("a", 1), wave("b", 2)}, false, false};
+    plot.curves[0].colour = 3, plot.curves[1].colour = 3, plot.curves[1].dash = 2;
+    const std::string svg = svg_of(plot);
+    SKIP_WITHOUT_GNUPLOT();
+    EXPECT_NE(svg.find("0, 158, 115"), std::string::npos);  // the third colour
+    EXPECT_EQ(svg.find("0, 114, 178"), std::string::npos);  // not the first
+    EXPECT_NE(svg.find("stroke-dasharray"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace innerspring

@@ -74,7 +74,17 @@ std::size_t add_data(const Curve& curve, const Plot& plot, std::string& script) 
     return drawn;
 }
 
-std::string script_of(const Plot& plot) {
+/// What gnuplot is asked for, and how a whole file of it ends.
+struct Format {
+    std::string_view terminal, end;
+};
+constexpr Format svg = {"svg size 800,480 noenhanced font 'sans-serif,14' background '#ffffff'", "</svg>"};
+constexpr Format png = {
+    "pngcairo size 1600,960 noenhanced font 'sans-serif,14' fontscale 2 linewidth 2 pointscale 2 background "
+    "'#ffffff'",
+    "IEND"};
+
+std::string script_of(const Plot& plot, const Format& format) {
     std::string script = "set encoding utf8\n", commands;
     std::size_t longest = 0, shown = 0;
     for (std::size_t i = 0; i < plot.curves.size(); ++i) {
@@ -83,14 +93,16 @@ std::string script_of(const Plot& plot) {
         const std::size_t points = add_data(curve, plot, script);
         script += "EOD\n";
         if (points == 0) continue;
+        const std::size_t colour = curve.colour > 0 ? std::size_t(curve.colour - 1) : shown;
+        const std::size_t dash = curve.dash > 0 ? std::size_t(curve.dash) : shown / colours.size() % 5 + 1;
         commands += fmt::format("{} $curve{} using 1:2 with {} lc rgb '{}' dt {} lw 2 pt 7 ps 0.45 {}",
                                 shown == 0 ? "plot" : ",", i, points <= 40 ? "linespoints" : "lines",
-                                colours[shown % colours.size()], shown / colours.size() % 5 + 1,
+                                colours[colour % colours.size()], dash,
                                 curve.label.empty() ? "notitle" : "title " + literal(curve.label));
         longest = std::max(longest, curve.label.size());
         ++shown;
     }
-    script += "set terminal svg size 800,480 noenhanced font 'sans-serif,14' background '#ffffff'\n";
+    script += fmt::format("set terminal {}\n", format.terminal);
     script += "set border 3 lw 1 lc rgb '#606060'\nset tics nomirror out scale 0.6 textcolor rgb '#303030'\n";
     script += "set grid lc rgb '#dcdcdc' lw 1 lt 1\n";
     // Long labels beside the axes would leave no room for the curves.
@@ -100,8 +112,10 @@ std::string script_of(const Plot& plot) {
     script += fmt::format("set title {} noenhanced font ',17'\n", literal(plot.title));
     script += fmt::format("set xlabel {} noenhanced\nset ylabel {} noenhanced\n", literal(plot.x_label),
                           literal(plot.y_label));
-    if (plot.log_x) script += "set logscale x\n";
-    if (plot.log_y) script += "set logscale y\n";
+    script += "set autoscale xfix\n";
+    // Powers of ten as 1e-05, not as rows of zeros.
+    if (plot.log_x) script += "set logscale x\nset format x \"%g\"\n";
+    if (plot.log_y) script += "set logscale y\nset format y \"%g\"\n";
     if (shown == 0) {
         script +=
             "set xrange [1:10]\nset yrange [1:10]\nunset tics\nset label 'no data' at graph 0.5,0.5 center\n";
@@ -135,9 +149,10 @@ bool ended(pid_t child, int& status) {
     return pid == child || (pid < 0 && errno != EINTR);  // ECHILD: the host program ignores SIGCHLD
 }
 
-// Runs gnuplot on the script. Returns why it failed, or an empty string. Input and output are unnamed
-// temporary files, not pipes: nothing can block, and no SIGPIPE can come.
-std::string run_gnuplot(const std::string& script, std::string& svg) {
+// Runs gnuplot on the script; `end` is in the last bytes of a whole picture. Returns why it failed, or an
+// empty string. Input and output are unnamed temporary files, not pipes: nothing can block, and no SIGPIPE
+// can come.
+std::string run_gnuplot(const std::string& script, std::string_view end, std::string& picture) {
     std::array<File, 3> files = {File(std::tmpfile(), std::fclose), File(std::tmpfile(), std::fclose),
                                  File(std::tmpfile(), std::fclose)};
     for (const File& file : files)
@@ -169,24 +184,33 @@ std::string run_gnuplot(const std::string& script, std::string& svg) {
         }
         usleep(2000);
     }
-    svg = text_of(files[1].get());
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 127 && svg.empty()) return "gnuplot is not installed";
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || svg.find("</svg>") == std::string::npos)
+    picture = text_of(files[1].get());
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 127 && picture.empty()) return "gnuplot is not installed";
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || picture.rfind(end) == std::string::npos)
         return "gnuplot failed: " + last_line(text_of(files[2].get()));
+    return {};
+}
+
+std::string write_plot(const Plot& plot, const Format& format, const std::filesystem::path& file) {
+    std::string picture;
+    if (std::string failure = run_gnuplot(script_of(plot, format), format.end, picture); !failure.empty())
+        return failure;
+    try {
+        write_whole(file, picture);
+    } catch (const std::exception& error) {
+        return last_line(error.what());
+    }
     return {};
 }
 
 }  // namespace
 
 std::string write_svg(const Plot& plot, const std::filesystem::path& file) {
-    std::string svg;
-    if (std::string failure = run_gnuplot(script_of(plot), svg); !failure.empty()) return failure;
-    try {
-        write_whole(file, svg);
-    } catch (const std::exception& error) {
-        return last_line(error.what());
-    }
-    return {};
+    return write_plot(plot, svg, file);
+}
+
+std::string write_png(const Plot& plot, const std::filesystem::path& file) {
+    return write_plot(plot, png, file);
 }
 
 }  // namespace innerspring

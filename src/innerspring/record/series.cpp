@@ -66,14 +66,20 @@ std::vector<Measures> read_series(const std::filesystem::path& file, std::size_t
     return rows;
 }
 
-VolumeVariation volume_variation(std::span<const Measures> rows) {
+VolumeVariation volume_variation(std::span<const double> percent) {
     VolumeVariation v;
-    for (const Measures& r : rows) {
-        v.max = std::max(v.max, std::abs(r.volume_variation_percent));
-        v.mean += std::abs(r.volume_variation_percent) / double(rows.size());
+    for (const double now : percent) {
+        v.max = std::max(v.max, std::abs(now));
+        v.mean += std::abs(now) / double(percent.size());
     }
-    if (!rows.empty()) v.final = rows.back().volume_variation_percent;
+    if (!percent.empty()) v.final = percent.back();
     return v;
+}
+
+VolumeVariation volume_variation(std::span<const Measures> rows) {
+    std::vector<double> percent;
+    for (const Measures& r : rows) percent.push_back(r.volume_variation_percent);
+    return volume_variation(percent);
 }
 
 }  // namespace innerspring

@@ -21,6 +21,7 @@ struct VolumeVariation {
     double max = 0;    ///< largest absolute value
     double mean = 0;   ///< mean absolute value over the rows
 };
+VolumeVariation volume_variation(std::span<const double> percent);
 VolumeVariation volume_variation(std::span<const Measures> rows);
 
 }  // namespace innerspring

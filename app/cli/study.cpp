@@ -1,0 +1,157 @@
+#include "innerspring/study/study.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+
+#include "commands.h"
+#include "innerspring/mesh/shapes.h"
+#include "options.h"
+
+using namespace innerspring;
+
+namespace {
+
+struct Arguments {
+    CLI::App* app = nullptr;
+    std::string study;
+    MeshOptions mesh;
+    BodyArguments body;
+    OutputOptions output;
+    std::string directory;
+    std::optional<int> vertices, forces, levels, threads;
+    std::optional<double> radius;
+    bool quick = false, resume = false;
+};
+
+std::atomic<bool> interrupted{false};
+
+void show(const StudyProgress& p) {
+    fmt::print(stderr, "\r{:3.0f} %  {} of {} cases  {:.0f} s left ", 100 * p.share, p.done, p.cases,
+               p.seconds_left);
+    std::fflush(stderr);
+}
+
+/// As a shell takes it for one word.
+std::string quoted(const std::string& word) {
+    const bool plain = std::all_of(word.begin(), word.end(), [](unsigned char c) {
+        return std::isalnum(c) || std::strchr("_-+.,:=/%@", c);
+    });
+    if (plain && !word.empty()) return word;
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+}
+
+/// Mesh and options as given, but for where the results go and how they are made.
+std::string arguments(const Arguments& a, const std::string& mesh) {
+    std::string text = quoted(mesh);
+    for (const CLI::Option* option : a.app->get_options()) {
+        if (option->count() == 0 || option->get_positional()) continue;
+        const std::string name = option->get_lnames().front();
+        if (name == "output" || name == "threads" || name == "resume" || name == "json" || name == "quiet")
+            continue;
+        text += " --" + name;
+        if (option->get_items_expected() > 0) text += " " + quoted(option->results().front());
+    }
+    return text;
+}
+
+void print(const StudyResults& r, const std::string& directory) {
+    const Body& body = r.setting.body();
+    fmt::print("{}: {} vertices, {} triangles, centre {}; {} simulations of {:.3g} s\n\n", body.rest.name,
+               body.vertices(), body.rest.triangles.size(), to_string(body.centre.kind), r.cases,
+               r.setting.sampling.duration_s());
+    for (const Claim& c : r.claims) {
+        fmt::print("{:<13} {}: {}\n", to_string(c.outcome), c.source, c.claim);
+        if (!c.measured.empty()) fmt::print("{:<13} {}\n", "", c.measured);
+        if (!c.condition.empty()) fmt::print("{:<13} {}: {}\n", "", to_string(c.outcome), c.condition);
+    }
+    fmt::print("\nreport {0}/report.html, numbers {0}/summary.json\n", directory);
+}
+
+int run(const Arguments& a) {
+    StudyRun study;
+    study.kind = parse_study(a.study);
+    Scene scene;
+    scene.mesh = !a.mesh.mesh.empty() ? a.mesh.mesh
+                 : a.quick            ? "sphere:vertices=350"
+                                      : "sphere:vertices=1000";
+    study.arguments = arguments(a, scene.mesh);
+    apply(a.mesh, scene);
+    apply(a.body, scene);
+    if (a.quick) study.options.vertices = 4, study.options.forces = 4, study.options.levels = 1;
+    if (a.vertices) study.options.vertices = *a.vertices;
+    if (a.forces) study.options.forces = *a.forces;
+    if (a.levels) study.options.levels = *a.levels;
+    if (a.radius) study.options.influence_share = *a.radius;
+    if (a.threads) study.threads = *a.threads;
+    study.options.region_share = std::max(study.options.region_share, 1.25 * study.options.influence_share);
+    // What the options say must hold as much as what a file says.
+    scene = scene_from_text(to_toml(scene), "command line");
+
+    std::signal(SIGINT, [](int) { interrupted = true; });
+    std::signal(SIGTERM, [](int) { interrupted = true; });
+    study.directory = a.directory;
+    study.resume = a.resume;
+    study.stop = &interrupted;
+    const bool terminal = !a.output.quiet && isatty(STDERR_FILENO) == 1;
+    if (terminal) study.progress = show;
+    const StudyResults results = run_study(scene, study);
+    if (terminal) fmt::print(stderr, "\r{:60}\r", "");
+
+    print_notes(results.warnings, a.output.quiet);
+    if (results.stopped) {
+        fmt::print(stderr, "innerspring: interrupted after {} cases; go on with --resume\n", results.cases);
+        return 1;
+    }
+    if (a.output.json)
+        fmt::print("{}", to_json(results));
+    else
+        print(results, a.directory);
+    return 0;
+}
+
+}  // namespace
+
+Command add_study(CLI::App& program) {
+    CLI::App* app = program.add_subcommand("study", "The paper's experiments, and which of its claims hold");
+    auto a = std::make_shared<Arguments>();
+    a->app = app;
+    app->add_option(
+           "study", a->study,
+           "refinement: the same force before and after (Fig. 6); gravity: Figs. 7 and 8; force: volume over "
+           "force (Fig. 9); all")
+        ->required()
+        ->type_name("refinement|gravity|force|all");
+    add_mesh_options(*app, a->mesh, "closed surface (default sphere:vertices=1000)");
+    app->get_option("mesh")->required(false);
+    app->add_option("-o,--output", a->directory, "folder for the results")->required()->type_name("DIR");
+    add_body_options(*app, a->body);
+    app->remove_option(app->get_option("--scheme"));  // a study compares them
+    app->add_option("--vertices", a->vertices, "loaded vertices, spread over the surface (default 12)")
+        ->type_name("N");
+    app->add_option("--forces", a->forces, "forces, F/(E R^2) from 1e-4 to 1e-1 (default 8)")->type_name("N");
+    app->add_option("--levels", a->levels, "levels of refinement, each alone (default 2)")->type_name("N");
+    app->add_option("--radius", a->radius,
+                    "radius of influence of a patch load, as a share of R (default 0.4)")
+        ->type_name("SHARE");
+    app->add_flag("--quick", a->quick,
+                  "4 vertices, 4 forces, 1 level, and a sphere of 350 vertices unless MESH is given");
+    app->add_option("--threads", a->threads,
+                    "threads, 0 for all cores; the results do not depend on it (default 0)")
+        ->type_name("N");
+    app->add_flag("--resume", a->resume,
+                  "go on with a study that was stopped: the cases finished in DIR are kept");
+    add_output_options(*app, a->output);
+    app->footer(
+        "Writes report.html (open it in a browser), summary.json, and for each figure a CSV, SVG and PNG "
+        "(docs/formats.md).");
+    return {app, [a] { return run(*a); }};
+}

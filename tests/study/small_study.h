@@ -1,0 +1,33 @@
+#pragma once
+#include <nlohmann/json.hpp>
+
+#include "innerspring/study/study.h"
+#include "support/temporary_folder.h"
+
+namespace innerspring::support {
+
+/// Few vertices, forces and levels on a small uneven sphere: a whole study in about a second.
+inline Scene small_sphere() {
+    Scene scene;
+    scene.mesh = "sphere:vertices=200";
+    return scene;
+}
+
+inline StudyRun small_study(StudyKind kind, const std::filesystem::path& directory) {
+    StudyRun run;
+    run.kind = kind;
+    run.options.vertices = 3;
+    run.options.forces = 4;
+    run.options.levels = 1;
+    run.options.influence_share = 0.6;  // a patch of some twenty vertices of so coarse a mesh
+    run.options.region_share = 0.75;
+    run.directory = directory;
+    run.pictures = false;
+    return run;
+}
+
+inline nlohmann::json summary(const std::filesystem::path& directory) {
+    return nlohmann::json::parse(content(directory / "summary.json"));
+}
+
+}  // namespace innerspring::support
