@@ -152,6 +152,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
     Setup setup = set_up(scene);
     Body& body = setup.body;
     Loads& loads = setup.loads;
+    if (scene.equilibrium) require_held(body, loads);
     const std::uint64_t total = scene.equilibrium ? 0 : step_count(scene);
 
     Summary summary;

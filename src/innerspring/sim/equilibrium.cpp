@@ -153,6 +153,12 @@ std::vector<bool> pinned_flags(const Body& body, const Loads& loads) {
 
 }  // namespace
 
+void require_held(const Body& body, const Loads& loads) {
+    if (body.free && loads.pins.empty())
+        throw InputError(
+            "a free body has no equilibrium under its loads; hold it (no --free) or pin some vertices");
+}
+
 double load_sum(const Body& body, const Loads& loads, double time) {
     double sum = body.material.mass * loads.gravity.norm();
     for (const Force& f : loads.forces) sum += std::abs(at(f.profile, time)) * f.newton.stableNorm();
@@ -166,9 +172,7 @@ double largest_imbalance(const Body& body, const Loads& loads, const State& stat
 
 EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state,
                                     const EquilibriumOptions& options) {
-    if (body.free && loads.pins.empty())
-        throw InputError(
-            "a free body has no equilibrium under its loads; hold it (no --free) or pin some vertices");
+    require_held(body, loads);
     const std::size_t n = body.vertices();
     Problem problem{body, loads, state.time, pinned_flags(body, loads), fill_reducing_order(body)};
     for (const Pin& pin : loads.pins)

@@ -23,6 +23,9 @@ struct EquilibriumReport {
 EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state,
                                     const EquilibriumOptions& options = {});
 
+/// Throws InputError if nothing holds the body: free, and no pin.
+void require_held(const Body& body, const Loads& loads);
+
 /// Largest force left on a vertex that is not pinned [N]: zero in equilibrium.
 double largest_imbalance(const Body& body, const Loads& loads, const State& state);
 
