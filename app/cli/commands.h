@@ -14,3 +14,4 @@ Command add_estimate(CLI::App& program);
 Command add_simulate(CLI::App& program);
 Command add_refine(CLI::App& program);
 Command add_study(CLI::App& program);
+Command add_bench(CLI::App& program);

@@ -44,8 +44,8 @@ int main(int argc, char** argv) {
         "  innerspring simulate breast -o out --force 'near=[0,0,2], inward=0.05, radius=0.4'\n"
         "  innerspring study all -o out\n"
         "Exit code: 0 done, 1 unstable or failed, 2 bad input or usage.");
-    const Command commands[] = {add_check(program), add_estimate(program), add_simulate(program),
-                                add_refine(program), add_study(program)};
+    const Command commands[] = {add_check(program),  add_estimate(program), add_simulate(program),
+                                add_refine(program), add_study(program),    add_bench(program)};
     try {
         program.parse(argc, argv);
         for (const Command& command : commands)

@@ -49,7 +49,7 @@ void expect_keys(const nlohmann::json& actual, const std::vector<std::string>& p
 }  // namespace
 
 TEST(Cli, HelpNamesUnitsAndDefaults) {
-    for (const char* command : {"", "check", "estimate", "simulate", "refine", "study"}) {
+    for (const char* command : {"", "check", "estimate", "simulate", "refine", "study", "bench"}) {
         const Output out = innerspring(fmt::format("{} --help", command));
         EXPECT_EQ(out.code, 0);
         EXPECT_NE(out.text.find("Usage"), std::string::npos);
@@ -222,6 +222,24 @@ TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
                    "cases of another study");
     expect_refused("study al " + out, "expected refinement, gravity, force or all");
     expect_refused("study all sphere --scheme B " + out, "--scheme");
+}
+
+TEST(Cli, BenchMeasuresAMesh) {
+    const auto j = json("bench sphere:vertices=300 --seconds 0.02 --json");
+    expect_keys(j, {"/machine/processor", "/ns_per_vertex_step/threads_2", "/step_us/threads_1/p99_9",
+                    "/bounds_ns_per_vertex_step/threads_1/applies", "/vertices_sustained/at_60_hz",
+                    "/phases_s/build the body"});
+    EXPECT_EQ(j["mesh"]["vertices"], 300);
+    for (const char* threads : {"threads_1", "threads_2"}) {
+        EXPECT_GT(j["ns_per_vertex_step"][threads], 0);
+        EXPECT_GE(j["step_us"][threads]["p99"], j["step_us"][threads]["p50"]);
+    }
+    // Sixteen times and two thirds as many at 60 Hz as at 1 kHz.
+    EXPECT_NEAR(double(j["vertices_sustained"]["at_60_hz"]),
+                double(j["vertices_sustained"]["at_1000_hz"]) * 1000 / 60, 20);
+    EXPECT_NE(innerspring("bench sphere:vertices=300 --seconds 0.01").text.find("vertices at 1 kHz"),
+              std::string::npos);
+    expect_refused("bench sphere --seconds 0", "--seconds");
 }
 
 TEST(Cli, AnEmptyRunIsARun) {

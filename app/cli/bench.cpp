@@ -1,0 +1,236 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "commands.h"
+#include "innerspring/mesh/check.h"
+#include "innerspring/mesh/error.h"
+#include "innerspring/mesh/write.h"
+#include "innerspring/sim/measure.h"
+#include "innerspring/sim/stability.h"
+#include "innerspring/sim/step.h"
+#include "innerspring/sim/team.h"
+#include "innerspring/version.h"
+#include "options.h"
+
+using namespace innerspring;
+
+namespace {
+
+struct Arguments {
+    MeshOptions mesh;
+    BodyArguments body;
+    OutputOptions output;
+    double seconds = 1;
+};
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Steps of one sub-step each, on so many threads.
+struct Stepping {
+    int threads;
+    double ns_per_vertex = 0;                    ///< of the median step
+    double p50_us = 0, p99_us = 0, p999_us = 0;  ///< a whole step
+    double bandwidth_gb_s = 0;                   ///< what the machine streams over as many bytes
+    double memory_ns = 0, arithmetic_ns = 0;     ///< per vertex and step, if that were all there is
+};
+
+struct Phase {
+    std::string_view name;
+    double seconds;
+};
+
+/// Bytes that one step of a held body moves per vertex, each array once (sim/kernel.h).
+double bytes_per_vertex(const Body& body) {
+    return 5 * sizeof(Vector) + 3 * sizeof(double) + sizeof(SpokeRow) +
+           2 * double(body.edges.size()) / double(body.vertices()) * sizeof(Spoke);
+}
+
+/// The shortest of repeated calls [s]: what the machine can do when nothing disturbs it.
+template <class Action>
+double shortest(double budget_s, Action&& action) {
+    double least = INFINITY;
+    for (const auto start = Clock::now(); seconds_since(start) < budget_s;) {
+        const auto before = Clock::now();
+        action();
+        least = std::min(least, seconds_since(before));
+    }
+    return least;
+}
+
+/// Bytes a second [GB/s] of a = b + 2 c over arrays of `bytes` in all: whichever cache or memory holds them.
+double triad(double bytes, int threads) {
+    const std::size_t n = std::max<std::size_t>(4096, std::size_t(bytes / 24)), parts = std::size_t(threads);
+    std::vector<double> a(n), b(n, 1.0), c(n, 2.0);
+    Team team(threads);
+    const double s = shortest(0.2, [&] {
+        team.run(parts, [&](std::size_t part) {
+            for (std::size_t i = n * part / parts; i < n * (part + 1) / parts; ++i) a[i] = b[i] + 2 * c[i];
+        });
+        std::swap(a, b);
+    });
+    return 24e-9 * double(n) / s;
+}
+
+/// Time [ns] of one spoke's arithmetic on data that lies in the first cache: a square root, a division and a
+/// dozen multiplications and additions.
+double spoke_arithmetic() {
+    std::vector<Vector> d(256, Vector(0.3, 0.4, 0.5));
+    Vector sum = Vector::Zero();
+    const double s = shortest(0.1, [&] {
+        for (Vector& v : d) {
+            sum += 1.5 * (1 - 0.7 / v.norm()) * v;
+            v.x() += 1e-9;
+        }
+    });
+    return std::isfinite(sum.norm()) ? 1e9 * s / double(d.size()) : 0;
+}
+
+double quantile(const std::vector<double>& sorted, double q) {
+    return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))];
+}
+
+Stepping time_steps(const Body& body, int threads, double seconds, double spoke_ns) {
+    StepOptions options;
+    options.integrator = Integrator::symplectic;
+    options.threads = threads;
+    options.dt = 0.99 * step_safety * largest_stable_step(body);
+    Workspace workspace(body, options);
+    State state = rest_state(body);
+    Loads loads;
+    const Vector inward = -vertex_normals(body.rest.positions, body.rest.triangles)[0];
+    loads.forces.push_back(patch_force(body, 0, 0.4 * body.radius,
+                                       1e-3 * body.material.young * body.radius * body.radius * inward));
+    std::vector<double> times;
+    const auto warm = Clock::now();
+    for (int n = 0; n < 20 || seconds_since(warm) < 0.1 * seconds; ++n) step(body, loads, state, workspace);
+    const auto start = Clock::now();
+    for (auto before = start; times.size() < 20 || seconds_since(start) < seconds;) {
+        step(body, loads, state, workspace);
+        const auto now = Clock::now();
+        times.push_back(std::chrono::duration<double>(now - before).count());
+        before = now;
+    }
+    const double N = double(body.vertices());
+    std::sort(times.begin(), times.end());
+    Stepping s{threads};
+    s.ns_per_vertex = 1e9 * quantile(times, 0.5) / N;
+    s.p50_us = 1e6 * quantile(times, 0.5);
+    s.p99_us = 1e6 * quantile(times, 0.99);
+    s.p999_us = 1e6 * quantile(times, 0.999);
+    s.bandwidth_gb_s = triad(N * bytes_per_vertex(body), threads);
+    s.memory_ns = bytes_per_vertex(body) / s.bandwidth_gb_s;
+    s.arithmetic_ns = spoke_ns * 2 * double(body.edges.size()) / N / threads;
+    return s;
+}
+
+std::string processor() {
+    std::ifstream in("/proc/cpuinfo");
+    for (std::string line; std::getline(in, line);)
+        if (line.starts_with("model name")) return line.substr(std::min(line.size(), line.find(':') + 2));
+    return "unknown processor";
+}
+
+std::string_view bound(const Stepping& s) {
+    return s.memory_ns > s.arithmetic_ns ? "memory" : "arithmetic";
+}
+
+int run(const Arguments& a) {
+    if (!(a.seconds > 0 && a.seconds <= 3600)) throw InputError("--seconds: from above 0 to 3600");
+    Scene scene;
+    scene.mesh = a.mesh.mesh.empty() ? "icosphere:vertices=10242" : a.mesh.mesh;
+    apply(a.mesh, scene);
+    apply(a.body, scene);
+
+    std::vector<Phase> phases;
+    auto timed = [&](std::string_view name, auto&& action) {
+        const auto start = Clock::now();
+        auto result = action();
+        phases.push_back({name, seconds_since(start)});
+        return result;
+    };
+    LoadedMesh loaded = timed("read or make, weld",
+                              [&] { return load_mesh(scene.mesh, scene.unit, scene.normalize, scene.weld); });
+    print_notes(loaded.notes, a.output.quiet);
+    timed("check", [&] { return check(loaded.mesh).vertices; });
+    const Body body = timed("build the body", [&] {
+        return build_body(std::move(loaded.mesh), scene.material, {scene.scheme, scene.centre, false});
+    });
+    timed("stable step", [&] { return largest_stable_step(body); });
+    timed("volume (Eq. 4)", [&] { return volume(body.rest); });
+    timed("all measures", [&] { return measure(body, {}, rest_state(body)).volume; });
+
+    const double spoke_ns = spoke_arithmetic();
+    std::vector<Stepping> steps;
+    for (int threads : {1, 2}) steps.push_back(time_steps(body, threads, a.seconds, spoke_ns));
+    const Stepping& best = steps[0].ns_per_vertex < steps[1].ns_per_vertex ? steps[0] : steps[1];
+    const auto sustained = [&](double hz) { return std::size_t(1e9 / hz / best.ns_per_vertex); };
+
+    if (a.output.json) {
+        nlohmann::ordered_json j;
+        j["version"] = version;
+        j["machine"] = {{"processor", processor()}, {"threads", std::thread::hardware_concurrency()}};
+        j["mesh"] = {{"name", body.rest.name},
+                     {"vertices", body.vertices()},
+                     {"triangles", body.rest.triangles.size()}};
+        j["bytes_per_vertex_step"] = bytes_per_vertex(body);
+        for (const Stepping& s : steps) {
+            const std::string key = fmt::format("threads_{}", s.threads);
+            j["ns_per_vertex_step"][key] = s.ns_per_vertex;
+            j["step_us"][key] = {{"p50", s.p50_us}, {"p99", s.p99_us}, {"p99_9", s.p999_us}};
+            j["bounds_ns_per_vertex_step"][key] = {{"memory", s.memory_ns},
+                                                   {"arithmetic", s.arithmetic_ns},
+                                                   {"applies", bound(s)},
+                                                   {"bandwidth_gb_s", s.bandwidth_gb_s}};
+        }
+        j["vertices_sustained"] = {{"at_1000_hz", sustained(1000)}, {"at_60_hz", sustained(60)}};
+        for (const Phase& p : phases) j["phases_s"][std::string(p.name)] = p.seconds;
+        fmt::print("{}\n", j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+        return 0;
+    }
+    fmt::print("{}: {} vertices, {} triangles; {}\n\n", body.rest.name, body.vertices(),
+               body.rest.triangles.size(), processor());
+    for (const Stepping& s : steps) {
+        fmt::print("  {} thread{}\n", s.threads, s.threads == 1 ? "" : "s");
+        print_row("  per vertex and step", fmt::format("{:.3g} ns", s.ns_per_vertex));
+        print_row("  a step", fmt::format("{:.4g} us (median), {:.4g} (p99), {:.4g} (p99.9)", s.p50_us,
+                                          s.p99_us, s.p999_us));
+        print_row("  bounds", fmt::format("memory {:.3g} ns ({:.0f} B at {:.0f} GB/s), arithmetic {:.3g} ns: "
+                                          "{} comes first",
+                                          s.memory_ns, bytes_per_vertex(body), s.bandwidth_gb_s,
+                                          s.arithmetic_ns, bound(s)));
+    }
+    fmt::print("\n");
+    print_row("vertices at 1 kHz", fmt::format("{} (one explicit step each)", sustained(1000)));
+    print_row("vertices at 60 Hz", fmt::format("{}", sustained(60)));
+    fmt::print("\n");
+    for (const Phase& p : phases)
+        print_row(p.name, fmt::format("{:.4g} ms, {:.4g} ns per vertex", 1e3 * p.seconds,
+                                      1e9 * p.seconds / double(body.vertices())));
+    return 0;
+}
+
+}  // namespace
+
+Command add_bench(CLI::App& program) {
+    CLI::App* app = program.add_subcommand(
+        "bench", "How fast is this machine on a mesh: time of a step, vertices at 1 kHz, what bounds it");
+    auto a = std::make_shared<Arguments>();
+    add_mesh_options(*app, a->mesh, "closed surface (default icosphere:vertices=10242)");
+    app->get_option("mesh")->required(false);
+    add_body_options(*app, a->body);
+    app->add_option("--seconds", a->seconds, "time to step for, on one thread and on two [s] (default 1)")
+        ->type_name("S");
+    add_output_options(*app, a->output);
+    app->footer("Explicit steps of a held body under gravity and a patch load, double precision.");
+    return {app, [a] { return run(*a); }};
+}
