@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "innerspring/study/study.h"
+#include "support/sanitized.h"
 #include "support/temporary_folder.h"
 
 namespace innerspring::support {
@@ -13,10 +14,12 @@ inline Scene small_sphere() {
     return scene;
 }
 
-inline StudyRun small_study(StudyKind kind, const std::filesystem::path& directory) {
+/// Fewer vertices under a sanitizer, which is some fifteen times slower.
+inline StudyRun small_study(StudyKind kind, const std::filesystem::path& directory,
+                            int vertices = INNERSPRING_SANITIZED ? 2 : 3) {
     StudyRun run;
     run.kind = kind;
-    run.options.vertices = 3;
+    run.options.vertices = vertices;
     run.options.forces = 4;
     run.options.levels = 1;
     run.options.influence_share = 0.6;  // a patch of some twenty vertices of so coarse a mesh
