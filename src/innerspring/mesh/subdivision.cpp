@@ -25,10 +25,10 @@ Subdivision::Subdivision(const SurfaceMesh& mesh, Placement placement) : placeme
         const Edge& edge = topology.edges[e];
         const auto triangles = topology.edge_triangles[e];
         if (triangles.size() != 2)
-            throw InputError(
-                fmt::format("{}: edge {}-{} has {} triangles where a closed surface has two; see innerspring "
-                            "check",
-                            mesh.name, edge.a, edge.b, triangles.size()));
+            throw InputError(fmt::format(
+                "{}: edge {}-{} has {} triangle{} where a closed surface has two; see innerspring "
+                "check",
+                mesh.name, edge.a, edge.b, triangles.size(), triangles.size() == 1 ? "" : "s"));
         edges_.push_back({edge.a, edge.b});
         edges_.back().nodes = {triangles[0], triangles[1]};
     }
