@@ -11,11 +11,15 @@
 
 using namespace innerspring;
 
-void add_mesh_options(CLI::App& app, MeshOptions& o, const std::string& mesh_help) {
+std::string shape_list() {
     std::string shapes;
     for (std::string_view name : shape_names()) shapes += (shapes.empty() ? "" : ", ") + std::string(name);
+    return shapes;
+}
+
+void add_mesh_options(CLI::App& app, MeshOptions& o, const std::string& mesh_help) {
     app.add_option("mesh", o.mesh,
-                   mesh_help + "; a file (OBJ, STL, PLY, OFF) or a built-in shape: " + shapes +
+                   mesh_help + "; a file (OBJ, STL, PLY, OFF) or a built-in shape: " + shape_list() +
                        ", e.g. sphere:vertices=2000,seed=1,irregularity=3")
         ->required()
         ->type_name("MESH");

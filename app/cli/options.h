@@ -30,6 +30,9 @@ void add_output_options(CLI::App& app, OutputOptions& o);
 void apply(const MeshOptions& o, innerspring::Scene& scene);
 void apply(const BodyArguments& o, innerspring::Scene& scene);
 
+/// The built-in shapes, for help texts.
+std::string shape_list();
+
 /// "X,Y,Z" to a vector. Throws InputError naming `option`.
 innerspring::Vector parse_vector(const std::string& text, const char* option);
 

@@ -142,10 +142,8 @@ Command add_refine(CLI::App& program) {
         "refine",
         "Cuts triangles of a region into four, and those beside them so that the surface stays closed");
     auto a = std::make_shared<Arguments>();
-    std::string shapes;
-    for (std::string_view name : shape_names()) shapes += (shapes.empty() ? "" : ", ") + std::string(name);
     app->add_option("mesh", a->mesh,
-                    "surface to refine; a file (OBJ, STL, PLY, OFF) or a built-in shape: " + shapes)
+                    "surface to refine; a file (OBJ, STL, PLY, OFF) or a built-in shape: " + shape_list())
         ->required()
         ->type_name("MESH");
     app->add_option("-o,--output", a->out, "file for the refined surface (.obj .stl .ply .off)")

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "innerspring/body/distribution.h"
 #include "innerspring/body/refine.h"
 #include "innerspring/mesh/error.h"
 #include "support/body_checks.h"
@@ -51,7 +52,10 @@ TEST(RefinedBody, SumsStayAndAllIsPositive) {
         expect_sound(fine);
         EXPECT_EQ(fine.volume, body.volume);
         EXPECT_NEAR(volume(fine.rest), body.volume, 1e-12 * body.volume);
-        // Sum of W_i = 3 V: each triangle gives its V_t to its three corners.
+        double V = 0;  // a third of the sum of W_i
+        for (const Triangle& t : fine.rest.triangles)
+            V += virtual_tetrahedron(fine.centre, fine.rest.positions, fine.L, t);
+        EXPECT_NEAR(V, body.volume, 1e-12 * body.volume);
         EXPECT_EQ(fine.centre.kind, body.centre.kind);
         EXPECT_GT(fine.vertices(), body.vertices() + 50);
     }

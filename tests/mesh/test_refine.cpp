@@ -12,6 +12,7 @@
 #include "innerspring/mesh/random.h"
 #include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/subdivision.h"
+#include "mesh/manifold.h"
 
 namespace innerspring {
 namespace {
@@ -36,24 +37,6 @@ double area(const SurfaceMesh& mesh) {
     return sum;
 }
 
-void expect_closed(const SurfaceMesh& mesh) {
-    const Topology topology = build_topology(mesh.positions.size(), mesh.triangles);
-    std::size_t wrong = 0;
-    for (std::size_t e = 0; e < topology.edges.size(); ++e) {
-        int direction = 0;
-        for (Index t : topology.edge_triangles[e])
-            for (int k = 0; k < 3; ++k)
-                if (topology.triangle_edges[t][k] == e)
-                    direction += mesh.triangles[t][k] == topology.edges[e].a ? 1 : -1;
-        wrong += topology.edge_triangles[e].size() != 2 || direction != 0;
-    }
-    EXPECT_EQ(wrong, 0u) << "edges without two triangles of opposite sense";
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-        wrong += topology.vertex_triangles[i].empty() ||
-                 topology.vertex_triangles[i].size() != topology.vertex_edges[i].size();
-    EXPECT_EQ(wrong, 0u) << "vertices unused or not manifold";
-}
-
 std::vector<Index> random_triangles(const SurfaceMesh& mesh, Random& random, double share) {
     std::vector<Index> chosen;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
@@ -72,7 +55,7 @@ TEST(Refine, KeepsVolumeAreaAndAnglesOverFiveLevels) {
             const std::vector<Index> chosen = levels % 2 == 1 ? random_triangles(mesh, random, 0.02)
                                                               : triangles_near(mesh, mesh.positions[7], 0.3);
             const RefinedMesh fine = refine(mesh, chosen, {levels});
-            expect_closed(fine.mesh);
+            check_manifold(fine.mesh);
             EXPECT_NEAR(volume(fine.mesh), volume(mesh), 1e-12 * volume(mesh)) << shape << levels;
             EXPECT_NEAR(area(fine.mesh), area(mesh), 1e-12 * area(mesh)) << shape << levels;
             EXPECT_GE(least_angle(fine.mesh), bound) << shape << levels;
@@ -128,7 +111,7 @@ TEST(Refine, GreenTrianglesAreUndoneNotCut) {
     for (int n = 0; n < 12; ++n) {
         const Vector place = mesh.positions[random.below(mesh.positions.size())];
         history.split(mesh, triangles_near(mesh, place, 0.05), 1);
-        expect_closed(mesh);
+        check_manifold(mesh);
         ASSERT_GE(least_angle(mesh), bound) << n;
     }
     EXPECT_NEAR(volume(mesh), V, 1e-12 * V);
@@ -150,7 +133,7 @@ TEST(Refine, SmoothPlacementStaysNearTheSphere) {
     EXPECT_NEAR(smooth.volume_change_m3, volume(smooth.mesh) - volume(mesh), 1e-15);
     EXPECT_GT(smooth.volume_change_m3, 0);
     EXPECT_LT(std::abs(volume(smooth.mesh) - ball), 0.1 * std::abs(volume(mesh) - ball));
-    expect_closed(smooth.mesh);
+    check_manifold(smooth.mesh);
 }
 
 TEST(Refine, RegionsAreWhatTheySay) {
@@ -235,7 +218,7 @@ TEST(Subdivision, WhatIsSplitCanBeTakenBack) {
             take_out(history.unsplit(
                 mesh, [&](const Vector& a, const Vector&, const Vector&) { return a.x() < level; }));
         }
-        expect_closed(mesh);
+        check_manifold(mesh);
         ASSERT_NEAR(volume(mesh), volume(coarse), 1e-12 * volume(coarse));
         ASSERT_NEAR(area(mesh), area(coarse), 1e-12 * area(coarse));
     }
@@ -246,7 +229,7 @@ TEST(Subdivision, WhatIsSplitCanBeTakenBack) {
     for (const Triangle& t : coarse.triangles) then.insert({t[0], t[1], t[2]});
     for (const Triangle& t : mesh.triangles) now.insert({t[0], t[1], t[2]});
     EXPECT_EQ(then, now);
-    expect_closed(mesh);
+    check_manifold(mesh);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "innerspring/body/distribution.h"
 #include "innerspring/mesh/check.h"
@@ -24,6 +25,21 @@ Scheme parse_scheme(std::string_view text) {
 
 double damping(const Material& material, double m, double K) {
     return 2 * material.damping * std::sqrt(K * m);
+}
+
+std::vector<Index> vertices_around(const Body& body, Index vertex, double radius) {
+    const auto& q = body.rest.positions;
+    std::unordered_set<Index> seen{vertex};
+    std::vector<Index> open{vertex}, found;
+    while (!open.empty()) {
+        const Index i = open.back();
+        open.pop_back();
+        if (i != vertex && (q[i] - q[vertex]).squaredNorm() >= radius * radius) continue;
+        found.push_back(i);
+        for (const Spoke& spoke : body.spokes_of(i))
+            if (seen.insert(spoke.neighbour).second) open.push_back(spoke.neighbour);
+    }
+    return found;
 }
 
 void set_surface_spring(Body& body, Index e) {

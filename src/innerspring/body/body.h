@@ -68,6 +68,10 @@ struct Body {
 /// instead).
 Body build_body(SurfaceMesh mesh, const Material& material = {}, const BodyOptions& options = {});
 
+/// `vertex` and those connected to it within `radius` [m], straight at rest: what lies behind a thin wall
+/// does not count. Costs as much as they are many.
+std::vector<Index> vertices_around(const Body& body, Index vertex, double radius);
+
 /// c = 2 zeta sqrt(K m) [N s/m].
 double damping(const Material& material, double m, double K);
 

@@ -52,41 +52,44 @@ Index damp_and_move(const KernelStep& s, const RigidMotion& home, std::size_t fi
     return bad;
 }
 
-RigidMotion rigid_fit(const Body& body, double h, const Vector* x, const Vector* v, Team& team) {
-    struct Sums {
-        double w = 0;
-        Vector x = Vector::Zero(), v = Vector::Zero(), xv = Vector::Zero();  // xv: sum of w x cross v
-        Eigen::Matrix3d xx = Eigen::Matrix3d::Zero();
-    };
-    const std::size_t n = body.vertices();
-    const Vector x0 = x[0];
-    std::vector<Sums> blocks(block_count(n));
-    team.run(blocks.size(), [&](std::size_t block) {
-        Sums& sum = blocks[block];
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            const double w = body.c[i] / (1 + h * body.c[i] / body.m[i]);
-            const Vector r = x[i] - x0;
-            sum.w += w;
-            sum.x += w * r;
-            sum.v += w * v[i];
-            sum.xv += w * r.cross(v[i]);
-            sum.xx += w * r * r.transpose();
-        }
-    });
-    Sums total;
-    for (const Sums& b : blocks)
-        total.w += b.w, total.x += b.x, total.v += b.v, total.xv += b.xv, total.xx += b.xx;
+void Moments::add(double weight, const Vector& r, const Vector& velocity) {
+    w += weight;
+    x += weight * r;
+    v += weight * velocity;
+    xv += weight * r.cross(velocity);
+    xx += weight * r * r.transpose();
+}
+
+Moments& Moments::operator+=(const Moments& other) {
+    w += other.w, x += other.x, v += other.v, xv += other.xv, xx += other.xx;
+    return *this;
+}
+
+RigidMotion rigid_motion(const Moments& m) {
     RigidMotion motion;
-    if (!(total.w > 0)) return motion;
-    const Vector centre = total.x / total.w;
-    motion.centre = x0 + centre;
-    motion.linear = total.v / total.w;
-    const Vector spin = total.xv - centre.cross(total.v);  // sum w r x v about the weighted mean
-    const Eigen::Matrix3d spread = total.xx - total.w * centre * centre.transpose();  // sum w r r^T about it
+    if (!(m.w > 0)) return motion;
+    motion.centre = m.x / m.w;
+    motion.linear = m.v / m.w;
+    const Vector spin = m.xv - motion.centre.cross(m.v);  // sum w r x v about the weighted mean
+    const Eigen::Matrix3d spread = m.xx - m.w * motion.centre * motion.centre.transpose();
     const Eigen::Matrix3d inertia = spread.trace() * Eigen::Matrix3d::Identity() - spread;
     motion.angular = inertia.ldlt().solve(spin);
-    if (!motion.angular.allFinite())
-        motion.angular.setZero();  // all mass on a line: no rotation is determined, none is damped
+    if (!motion.angular.allFinite()) motion.angular.setZero();
+    return motion;
+}
+
+RigidMotion rigid_fit(const Body& body, double h, const Vector* x, const Vector* v, Team& team) {
+    const std::size_t n = body.vertices();
+    const Vector x0 = x[0];
+    std::vector<Moments> blocks(block_count(n));
+    team.run(blocks.size(), [&](std::size_t block) {
+        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
+            blocks[block].add(body.c[i] / (1 + h * body.c[i] / body.m[i]), x[i] - x0, v[i]);
+    });
+    Moments total;
+    for (const Moments& b : blocks) total += b;
+    RigidMotion motion = rigid_motion(total);
+    motion.centre += x0;
     return motion;
 }
 

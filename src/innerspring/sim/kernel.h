@@ -3,6 +3,16 @@
 
 namespace innerspring {
 
+/// Sums over weighted points at r moving at v, from which their rigid motion follows.
+struct Moments {
+    double w = 0;
+    Vector x = Vector::Zero(), v = Vector::Zero(), xv = Vector::Zero();  ///< of w r, w v, w r x v
+    Eigen::Matrix3d xx = Eigen::Matrix3d::Zero();                        ///< of w r r^T
+
+    void add(double weight, const Vector& r, const Vector& velocity);
+    Moments& operator+=(const Moments& other);
+};
+
 /// What one symplectic Euler step of length h reads and writes; x and x_out are different arrays.
 struct KernelStep {
     const Body& body;
@@ -20,6 +30,10 @@ struct KernelStep {
 struct RigidMotion {
     Vector centre = Vector::Zero(), linear = Vector::Zero(), angular = Vector::Zero();
 };
+
+/// The rigid motion that has the moments v and xv, about their centre; it is also the one nearest to the
+/// velocities. No rotation where all weight lies on a line.
+RigidMotion rigid_motion(const Moments& moments);
 
 /// Vertices [first, last) of a held body, the whole step:
 ///     v' = (v + h (F_i / m_i + g)) / (1 + h c_i / m_i),  x' = x + h v',

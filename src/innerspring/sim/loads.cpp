@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
 
 #include "innerspring/mesh/error.h"
 
@@ -62,19 +61,12 @@ Force patch_force(const Body& body, Index vertex, double radius, const Vector& n
                 A += double_area_vector(q, body.rest.triangles[t]).norm() / 12;
         return A;
     };
-    std::unordered_set<Index> seen{vertex};
-    std::vector<Index> open{vertex};
+    force.vertices = vertices_around(body, vertex, radius);
     double sum = 0;
-    while (!open.empty()) {
-        const Index i = open.back();
-        open.pop_back();
+    for (Index i : force.vertices) {
         const double d2 = (q[i] - q[vertex]).squaredNorm() / (radius * radius);
-        if (d2 >= 1) continue;
-        force.vertices.push_back(i);
         force.weights.push_back((1 - d2) * (1 - d2) * area(i));
         sum += force.weights.back();
-        for (const Spoke& spoke : body.spokes_of(i))
-            if (seen.insert(spoke.neighbour).second) open.push_back(spoke.neighbour);
     }
     for (double& w : force.weights) w /= sum;
     return force;

@@ -1,11 +1,10 @@
 #include "innerspring/sim/refine.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
-#include "innerspring/sim/forces.h"
+#include "innerspring/sim/kernel.h"
 
 namespace innerspring {
 
@@ -38,9 +37,7 @@ Part part_of(const Body& body, std::span<const SurfaceChange::Slot> slots, bool 
 }
 
 struct Tally {
-    double m = 0;
-    Vector mx = Vector::Zero(), p = Vector::Zero(), l = Vector::Zero();  ///< l about `about`
-    Eigen::Matrix3d mxx = Eigen::Matrix3d::Zero();                       ///< sum m r r^T about `about`
+    Moments moments;  ///< weighted by mass, about `about`
     double kinetic = 0, elastic = 0;
 };
 
@@ -48,12 +45,7 @@ Tally tally(const Body& body, const State& state, const HomeFrame& frame, const 
             const Vector& about) {
     Tally sum;
     for (Index i : part.vertices) {
-        const Vector r = state.x[i] - about;
-        sum.m += body.m[i];
-        sum.mx += body.m[i] * r;
-        sum.p += body.m[i] * state.v[i];
-        sum.l += body.m[i] * r.cross(state.v[i]);
-        sum.mxx += body.m[i] * r * r.transpose();
+        sum.moments.add(body.m[i], state.x[i] - about, state.v[i]);
         sum.kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
         sum.elastic +=
             body.K[i] * (state.x[i] - (frame.R * body.rest.positions[i] + frame.t)).squaredNorm() / 2;
@@ -72,17 +64,6 @@ double volume_about(const Vector& about, Positions x, std::span<const SurfaceCha
     for (const auto& [t, c] : slots)
         sum += (x[c[0]] - about).dot((x[c[1]] - about).cross(x[c[2]] - about)) / 6;
     return sum;
-}
-
-/// The rigid motion that gives masses m_i at x_i the missing momenta: a = p/m, I w = l about their centre.
-void add_momentum(State& state, const Part& part, const Tally& now, const Vector& p, const Vector& l,
-                  const Vector& about) {
-    const Vector centre = now.mx / now.m;  // from `about`
-    const Eigen::Matrix3d spread = now.mxx - now.m * centre * centre.transpose();
-    const Eigen::Matrix3d inertia = spread.trace() * Eigen::Matrix3d::Identity() - spread;
-    Vector angular = inertia.ldlt().solve(l - centre.cross(p));
-    if (!angular.allFinite()) angular.setZero();
-    for (Index i : part.vertices) state.v[i] += p / now.m + angular.cross(state.x[i] - about - centre);
 }
 
 /// Everything after the surface has been changed and before anything else has.
@@ -110,9 +91,16 @@ Transfer transfer(Body& body, Subdivision& history, State& state, SurfaceChange 
     }
     const Part part = part_of(body, result.surface.added, false, everything);
     const Tally after = tally(body, state, frame, part, about);
-    add_momentum(state, part, after, before.p - after.p, before.l - after.l, about);
+    // The rigid motion that brings what the new masses miss of the momenta.
+    Moments missing = after.moments;
+    missing.v = before.moments.v - after.moments.v;
+    missing.xv = before.moments.xv - after.moments.xv;
+    const RigidMotion motion = rigid_motion(missing);
     double kinetic = 0;
-    for (Index i : part.vertices) kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
+    for (Index i : part.vertices) {
+        state.v[i] += motion.linear + motion.angular.cross(state.x[i] - about - motion.centre);
+        kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
+    }
     result.kinetic_change_j = kinetic - before.kinetic;
     result.elastic_change_j = after.elastic - before.elastic;
     return result;
@@ -186,23 +174,15 @@ void carry_over(Loads& loads, const Body& body, const Transfer& transfer) {
 }
 
 std::vector<Index> coarse_triangles(const Body& body, Index vertex, double radius, double longest) {
-    const auto& q = body.rest.positions;
-    std::vector<Index> found, open{vertex};
-    std::unordered_set<Index> seen{vertex};
-    while (!open.empty()) {
-        const Index i = open.back();
-        open.pop_back();
-        if (i != vertex && (q[i] - q[vertex]).squaredNorm() >= radius * radius) continue;
-        for (const Spoke& spoke : body.spokes_of(i)) {
+    const auto coarse = [&](Index t) {
+        return std::ranges::any_of(body.triangle_edges[t],
+                                   [&](Index e) { return body.rest_length[e] > longest; });
+    };
+    std::vector<Index> found;
+    for (Index i : vertices_around(body, vertex, radius))
+        for (const Spoke& spoke : body.spokes_of(i))
             for (Index t : body.edge_triangles[spoke.edge])
-                for (Index e : body.triangle_edges[t])
-                    if (body.rest_length[e] > longest) {
-                        found.push_back(t);
-                        break;
-                    }
-            if (seen.insert(spoke.neighbour).second) open.push_back(spoke.neighbour);
-        }
-    }
+                if (coarse(t)) found.push_back(t);
     make_set(found);
     return found;
 }

@@ -19,8 +19,8 @@ struct Transfer {
 };
 
 /// Refines the named triangles of a moving body in place and re-estimates its masses and springs. New
-/// vertices lie and move as the middle of their edge does; then a rigid motion of the refined part, some
-/// 1e-4 of its speed, makes up for what the new masses changed in the momenta. Old vertices keep their index.
+/// vertices lie and move as the middle of their edge does; then a small rigid motion of the refined
+/// part makes up for what the new masses changed in the momenta. Old vertices keep their index.
 /// Costs as much as the triangles that change (schemes A and B: as the body; a free body: a look at every
 /// vertex, for its frame). `history` is the body's, from Subdivision(body.rest). Throws InputError as
 /// refine() does and where a virtual tetrahedron is not positive, with all as before but for the order of

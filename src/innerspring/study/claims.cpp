@@ -34,6 +34,13 @@ const ForceMean& find(const ForceStudy& study, LoadKind load, DensityClass densi
     });
 }
 
+/// "least to largest" of the numbers.
+std::string range(const std::vector<Judged>& numbers) {
+    const auto [low, high] = std::minmax_element(
+        numbers.begin(), numbers.end(), [](const Judged& a, const Judged& b) { return a.number < b.number; });
+    return fmt::format("{:.3g} to {:.3g}", low->number, high->number);
+}
+
 /// Figs. 6a and 6b: C deviates least.
 Claim least_deviation(const Setting& s, const RefinementStudy& study, LoadKind load, bool mean) {
     const auto value = [mean](const RefinementMean& m) {
@@ -55,10 +62,7 @@ Claim least_deviation(const Setting& s, const RefinementStudy& study, LoadKind l
                 {group, level_name(levels), value(find(study, load, "C", levels, group)) / others});
         }
     judge(c, numbers);
-    const auto [low, high] = std::minmax_element(
-        numbers.begin(), numbers.end(), [](const Judged& a, const Judged& b) { return a.number < b.number; });
-    c.measured =
-        fmt::format("C's is {:.3g} to {:.3g} times the least of the others'", low->number, high->number);
+    c.measured = fmt::format("C's is {} times the least of the others'", range(numbers));
     return c;
 }
 
@@ -173,16 +177,14 @@ Claim loses_least(const Setting& s, const ForceStudy& study, LoadKind load) {
                 reading(load))};
     c.threshold = 1, c.unit = "C / least of A, B", c.study = "force";
     std::vector<Judged> numbers;
-    double lowest = INFINITY, highest = 0;
     for (const double group : s.force_groups) {
         const auto mean = [&](Scheme scheme) {
             return find(study, load, DensityClass::sampled, scheme, group).volume_variation_percent.mean;
         };
         numbers.push_back({group, "", mean(Scheme::C) / std::min(mean(Scheme::A), mean(Scheme::B))});
-        lowest = std::min(lowest, numbers.back().number), highest = std::max(highest, numbers.back().number);
     }
     judge(c, numbers);
-    c.measured = fmt::format("C's is {:.3g} to {:.3g} times the least of A's and B's", lowest, highest);
+    c.measured = fmt::format("C's is {} times the least of A's and B's", range(numbers));
     return c;
 }
 
@@ -242,17 +244,15 @@ Claim dense_places(const Setting& s, const ForceStudy& study, LoadKind load) {
             fmt::format("Where the mesh is dense A and B lose less than C; {}", reading(load))};
     c.threshold = 1, c.unit = "largest of A, B / C", c.study = "force";
     std::vector<Judged> numbers;
-    double lowest = INFINITY, highest = 0;
     for (const double group : s.force_groups) {
         const auto mean = [&](Scheme scheme) {
             return find(study, load, DensityClass::densest, scheme, group).volume_variation_percent.mean;
         };
         numbers.push_back({group, "", std::max(mean(Scheme::A), mean(Scheme::B)) / mean(Scheme::C)});
-        lowest = std::min(lowest, numbers.back().number), highest = std::max(highest, numbers.back().number);
     }
     judge(c, numbers);
-    c.measured = fmt::format("at the densest tenth, the larger of A's and B's is {:.3g} to {:.3g} times C's",
-                             lowest, highest);
+    c.measured =
+        fmt::format("at the densest tenth, the larger of A's and B's is {} times C's", range(numbers));
     return c;
 }
 

@@ -7,6 +7,7 @@
 
 #include "innerspring/mesh/error.h"
 #include "innerspring/sim/equilibrium.h"
+#include "innerspring/sim/measure.h"
 
 namespace innerspring {
 
@@ -34,21 +35,6 @@ double load_displacement(const Body& body, const Loads& loads, const State& stat
     return sum;
 }
 
-namespace {
-
-/// sqrt of the mean over the vertices of |u - mean u|^2 [m].
-double displacement_std(const Body& body, const State& state) {
-    const double n = double(body.vertices());
-    Vector mean = Vector::Zero();
-    for (std::size_t i = 0; i < body.vertices(); ++i) mean += (state.x[i] - body.rest.positions[i]) / n;
-    double squares = 0;
-    for (std::size_t i = 0; i < body.vertices(); ++i)
-        squares += (state.x[i] - body.rest.positions[i] - mean).squaredNorm() / n;
-    return std::sqrt(squares);
-}
-
-}  // namespace
-
 Response respond(const Body& body, const Loads& loads, Index watched, const Sampling& sampling,
                  Workspace& workspace, State& state) {
     Response response;
@@ -62,7 +48,7 @@ Response respond(const Body& body, const Loads& loads, Index watched, const Samp
         response.load_m.push_back(load_displacement(body, loads, state));
         response.volume_percent.push_back(100 * (volume(state.x, body.rest.triangles) / body.volume - 1));
     }
-    response.std_m = displacement_std(body, state);
+    response.std_m = measure(body, loads, state).std_displacement.norm();
     response.imbalance = largest_imbalance(body, loads, state) / load_sum(body, loads, state.time);
     return response;
 }
