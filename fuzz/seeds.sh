@@ -73,6 +73,7 @@ gravity_m_s2 = [0, -9.81, 0]
 duration_s = 2.0
 dt_s = 1e-2
 integrator = "implicit"
+precision = "double"
 every = 5
 [[force]]
 name = 'a "b"'

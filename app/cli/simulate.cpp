@@ -20,7 +20,7 @@ struct Arguments {
     BodyArguments body;
     OutputOptions output;
     std::string directory;
-    std::optional<std::string> gravity, integrator;
+    std::optional<std::string> gravity, integrator, precision;
     std::vector<std::string> forces, pins, refine;
     std::optional<double> duration, dt, residual;
     std::optional<int> every, threads;
@@ -45,8 +45,9 @@ void print(const Summary& s, const std::string& directory) {
                           s.subject.material.surface, s.subject.material.damping));
     print_row("M g/ER^2, E_s/ER, F/ER^2", fmt::format("{:.4g}, {:.4g}, {:.4g}", s.subject.groups.weight,
                                                       s.subject.groups.surface, s.subject.groups.force));
-    print_row("time", fmt::format("{:.6g} s in {} steps of {:g} s ({}, {} sub-steps)", s.duration_s, s.steps,
-                                  s.dt_s, to_string(s.integrator), s.substeps));
+    print_row("time",
+              fmt::format("{:.6g} s in {} steps of {:g} s ({}, {} sub-steps, {} precision)", s.duration_s,
+                          s.steps, s.dt_s, to_string(s.integrator), s.substeps, to_string(s.precision)));
     print_row(
         "volume variation",
         fmt::format("final {:+.5f} %, largest {:.5f} %, mean {:.5f} %", s.volume_variation_percent.final,
@@ -80,6 +81,7 @@ int run(const Arguments& a) {
     if (a.duration) scene.duration = *a.duration;
     if (a.dt) scene.step.dt = *a.dt;
     if (a.integrator) scene.step.integrator = parse_integrator(*a.integrator);
+    if (a.precision) scene.step.precision = parse_precision(*a.precision);
     if (a.residual) scene.residual_n = *a.residual;
     if (a.every) scene.every = *a.every;
     if (a.threads) scene.step.threads = *a.threads;
@@ -140,6 +142,10 @@ Command add_simulate(CLI::App& program) {
     app->add_option("--dt", a->dt, "time step [s], sub-stepped as stability needs (default 0.01)")
         ->type_name("S");
     app->add_option("--integrator", a->integrator, "auto, symplectic or implicit (default auto)")
+        ->type_name("NAME");
+    app->add_option("--precision", a->precision,
+                    "of explicit steps of a held body: single, several times as fast, or double (default "
+                    "single)")
         ->type_name("NAME");
     app->add_flag("--equilibrium", a->equilibrium, "solve for the balance of forces instead of stepping");
     app->add_option("--residual", a->residual,

@@ -155,6 +155,7 @@ TEST(Cli, SimulateAsJsonHasItsKeysAndEqualsItsSummary) {
                     "/groups/weight",
                     "/groups/force",
                     "/integrator",
+                    "/precision",
                     "/dt_s",
                     "/substeps",
                     "/duration_s",

@@ -38,6 +38,7 @@ gravity_m_s2 = [0, 0, -9.81]
 duration_s = 0.5
 dt_s = 0.001
 integrator = "implicit"
+precision = "double"
 threads = 0
 max_substeps = 50
 tolerance = 1e-10
@@ -135,6 +136,7 @@ void expect_same(const Scene& a, const Scene& b) {
     EXPECT_TRUE(same(a.duration, b.duration));
     EXPECT_TRUE(same(a.step.dt, b.step.dt));
     EXPECT_EQ(a.step.integrator, b.step.integrator);
+    EXPECT_EQ(a.step.precision, b.step.precision);
     EXPECT_EQ(a.step.threads, b.step.threads);
     EXPECT_EQ(a.step.max_substeps, b.step.max_substeps);
     EXPECT_TRUE(same(a.step.tolerance, b.step.tolerance));
@@ -197,6 +199,7 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(s.duration, 0.5);
     EXPECT_EQ(s.step.dt, 0.001);
     EXPECT_EQ(s.step.integrator, Integrator::implicit);
+    EXPECT_EQ(s.step.precision, Precision::full);
     EXPECT_EQ(s.step.threads, 0);
     EXPECT_EQ(s.step.max_substeps, 50);
     EXPECT_EQ(s.step.tolerance, 1e-10);

@@ -65,6 +65,7 @@ std::string_view name(Verdict v) {
 std::string to_json(const Summary& s) {
     Json j = head(s.subject);
     j["integrator"] = to_string(s.integrator);
+    j["precision"] = to_string(s.precision);
     j["dt_s"] = s.dt_s;
     j["substeps"] = s.substeps;
     j["duration_s"] = s.duration_s;

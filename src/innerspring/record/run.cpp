@@ -289,6 +289,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
     writer.checkpoint({hash, put_in, state}, rows);
 
     summary.integrator = workspace.integrator();
+    summary.precision = workspace.precision();
     summary.refinements = refiner.changes();
     summary.vertices_last = body.vertices();
     summary.duration_s = state.time;

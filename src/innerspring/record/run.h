@@ -25,6 +25,7 @@ struct RunOptions {
 struct Summary {
     Subject subject;
     Integrator integrator = Integrator::symplectic;
+    Precision precision = Precision::full;
     double dt_s = 0;
     int substeps = 1;       ///< per step; the most where refinement changed them
     double duration_s = 0;  ///< reached

@@ -55,6 +55,7 @@ void read_simulation(const Table& t, Scene& scene) {
                  fmt::format("asks for {:.3g} steps; at most {:g} are allowed",
                              scene.duration / scene.step.dt, most_steps));
     t.read_word("integrator", scene.step.integrator, parse_integrator);
+    t.read_word("precision", scene.step.precision, parse_precision);
     t.read("threads", scene.step.threads, 0, 1024);
     t.read("max_substeps", scene.step.max_substeps, 1, most);
     t.read("tolerance", scene.step.tolerance, Range::positive);

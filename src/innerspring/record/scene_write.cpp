@@ -128,6 +128,7 @@ std::string to_toml(const Scene& scene) {
 
     out += fmt::format("\n[simulation]\ngravity_m_s2 = {}\nduration_s = {}\ndt_s = {}\nintegrator = \"{}\"\n",
                        list(scene.gravity), real(scene.duration), real(step.dt), to_string(step.integrator));
+    out += fmt::format("precision = \"{}\"\n", to_string(step.precision));
     out += fmt::format("threads = {}\nmax_substeps = {}\ntolerance = {}\nmax_iterations = {}\n", step.threads,
                        step.max_substeps, real(step.tolerance), step.max_iterations);
     out += fmt::format("equilibrium = {}\nresidual_n = {}\nevery = {}\n", scene.equilibrium,

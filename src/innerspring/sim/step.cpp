@@ -9,6 +9,7 @@
 #include "innerspring/mesh/error.h"
 #include "innerspring/sim/implicit.h"
 #include "innerspring/sim/kernel.h"
+#include "innerspring/sim/packed.h"
 #include "innerspring/sim/stability.h"
 
 namespace innerspring {
@@ -31,6 +32,16 @@ Integrator parse_integrator(std::string_view text) {
     throw InputError(fmt::format("integrator '{}': expected auto, symplectic or implicit", text));
 }
 
+std::string_view to_string(Precision precision) {
+    return precision == Precision::single ? "single" : "double";
+}
+
+Precision parse_precision(std::string_view text) {
+    for (Precision p : {Precision::single, Precision::full})
+        if (text == to_string(p)) return p;
+    throw InputError(fmt::format("precision '{}': expected single or double", text));
+}
+
 struct Workspace::Data {
     StepOptions options;
     Integrator integrator;
@@ -39,6 +50,7 @@ struct Workspace::Data {
     std::vector<Vector> x, v, external;  ///< the arrays a step writes before they are swapped in
     std::vector<Index> not_finite;       ///< per block
     StabilityBound bound;
+    std::optional<Packed> packed;  ///< in single precision
     std::optional<ImplicitSolver> implicit;
 };
 
@@ -109,6 +121,31 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
     return no_index;
 }
 
+/// The same in single precision, on w.packed; `time` [s] is that before the sub-step.
+bool packed_substep(const Body& body, const Loads& loads, double time, double h, Workspace::Data& w,
+                    double* volume) {
+    Packed& p = *w.packed;
+    for (const Force& f : loads.forces) {
+        const Vector now = h * at(f.profile, time) * f.newton;
+        for (std::size_t n = 0; n < f.vertices.size(); ++n)
+            push(p, f.vertices[n], f.weights[n] / body.m[f.vertices[n]] * now);
+    }
+    const PackedKernel& kernel = w.options.kernel ? *w.options.kernel : *packed_kernels().front();
+    if (!advance(p, kernel, h, loads.gravity, w.team, volume)) return false;
+    for (const Pin& pin : loads.pins) {
+        const Vector offset = offset_at(pin, time + h), velocity = (offset - offset_at(pin, time)) / h;
+        for (Index i : pin.vertices) place(p, i, offset, velocity);
+    }
+    return true;
+}
+
+/// The first vertex that a step in single precision took out of the numbers.
+Index first_bad(const Packed& p) {
+    for (Index i = 0; i < p.place_of.size(); ++i)
+        if (!(displacement(p, i).squaredNorm() * p.scale * p.scale < 1e30)) return i;
+    return 0;  // a velocity
+}
+
 /// Takes the integrator and the sub-steps for the body as it stands.
 void prepare(const Body& body, Workspace::Data& w) {
     const StepOptions& options = w.options;
@@ -125,12 +162,17 @@ void prepare(const Body& body, Workspace::Data& w) {
                         "{} are allowed); "
                         "use a smaller dt, or the integrator auto or implicit",
                         wanted, stable, options.dt, options.max_substeps));
-    w.x.resize(body.vertices()), w.v.resize(body.vertices());
-    w.external.resize(body.vertices(), Vector::Zero());
-    w.not_finite.resize(block_count(body.vertices()), no_index);
+    const bool single =
+        w.integrator == Integrator::symplectic && options.precision == Precision::single && packable(body);
+    if (!single) w.packed.reset();
+    if (single && !w.packed) w.packed = pack(body);
     w.implicit.reset();
     if (w.integrator == Integrator::symplectic) {
         w.substeps = std::max(1, int(wanted));
+        if (single) return;
+        w.x.resize(body.vertices()), w.v.resize(body.vertices());
+        w.external.resize(body.vertices(), Vector::Zero());
+        w.not_finite.resize(block_count(body.vertices()), no_index);
     } else {
         w.substeps = 1;
         w.implicit.emplace(body, options.dt);
@@ -142,13 +184,14 @@ void prepare(const Body& body, Workspace::Data& w) {
 Workspace::Workspace(const Body& body, const StepOptions& options) {
     if (!(options.dt > 0 && std::isfinite(options.dt)))
         throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
-    data.reset(new Data{options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}});
+    data.reset(new Data{options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}});
     data->bound = stability_bound(body);
     prepare(body, *data);
 }
 
 void Workspace::adapt(const Body& body, const Transfer& transfer) {
     update(data->bound, body, transfer.surface, transfer.body);
+    if (data->packed) innerspring::adapt(*data->packed, body, transfer.surface, transfer.body);
     prepare(body, *data);
 }
 
@@ -166,20 +209,60 @@ Workspace& Workspace::operator=(Workspace&&) noexcept = default;
 Integrator Workspace::integrator() const {
     return data->integrator;
 }
+Precision Workspace::precision() const {
+    return data->packed ? Precision::single : Precision::full;
+}
 int Workspace::substeps() const {
     return data->substeps;
 }
 
-StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace) {
-    Workspace::Data& w = *workspace.data;
-    // A run from time 0 with one dt is at n dt, not at a sum of n roundings.
-    const double dt = w.options.dt, counted = double(state.steps) * dt;
-    const double end = std::abs(state.time - counted) < 1e-9 * counted || state.time == counted
-                           ? double(state.steps + 1) * dt
-                           : state.time + dt;
+namespace {
+
+/// When a step of dt from this state ends: a run from time 0 with one dt is at n dt, not at a sum of n
+/// roundings.
+double end_of_step(const State& state, double dt) {
+    const double counted = double(state.steps) * dt;
+    return std::abs(state.time - counted) < 1e-9 * counted || state.time == counted
+               ? double(state.steps + 1) * dt
+               : state.time + dt;
+}
+
+/// The state is written only if all went well.
+StepReport packed_steps(const Body& body, const Loads& loads, State& state, Workspace::Data& w, int count) {
+    const double dt = w.options.dt, h = dt / w.substeps;
+    State now{state.time, state.steps, {}, {}};
     StepReport report;
+    load(*w.packed, body, state, w.team);
+    for (int n = 0; n < count; ++n) {
+        const double end = end_of_step(now, dt);
+        for (report.substeps = 0; report.substeps < w.substeps; ++report.substeps, now.time += h) {
+            double* const volume = w.options.volume && report.substeps == 0 ? &report.volume : nullptr;
+            if (!packed_substep(body, loads, now.time, h, w, volume)) {
+                report.not_finite = first_bad(*w.packed);
+                return report;
+            }
+        }
+        now.time = end;
+        ++now.steps;
+    }
+    store(*w.packed, body, state, w.team);
+    for (const Pin& pin : loads.pins) {  // exact in double
+        const Vector offset = offset_at(pin, now.time),
+                     velocity = (offset - offset_at(pin, now.time - h)) / h;
+        for (Index i : pin.vertices) state.x[i] = body.rest.positions[i] + offset, state.v[i] = velocity;
+    }
+    state.time = now.time, state.steps = now.steps;
+    return report;
+}
+
+StepReport one_step(const Body& body, const Loads& loads, State& state, Workspace::Data& w) {
+    const double dt = w.options.dt, end = end_of_step(state, dt);
+    StepReport report;
+    if (w.options.volume) report.volume = volume(state.x, body.rest.triangles);
     if (w.implicit) {
+        const double before = report.volume;
         report = w.implicit->step(loads, w.options, state, w.team);
+        report.volume = before;
     } else {
         const double h = dt / w.substeps;
         for (; report.substeps < w.substeps; ++report.substeps) {
@@ -191,6 +274,16 @@ StepReport step(const Body& body, const Loads& loads, State& state, Workspace& w
         state.time = end;
         ++state.steps;
     }
+    return report;
+}
+
+}  // namespace
+
+StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count) {
+    Workspace::Data& w = *workspace.data;
+    if (w.packed) return packed_steps(body, loads, state, w, count);
+    StepReport report;
+    for (int n = 0; n < count && report.not_finite == no_index; ++n) report = one_step(body, loads, state, w);
     return report;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 
+#include "innerspring/sim/packed_kernel.h"
 #include "innerspring/sim/refine.h"
 
 namespace innerspring {
@@ -14,14 +15,24 @@ enum class Integrator {
 std::string_view to_string(Integrator integrator);
 Integrator parse_integrator(std::string_view text);  ///< "auto", "symplectic", "implicit"; throws InputError
 
+/// Of symplectic Euler. Single: the vector kernels of packed.h, for held bodies; the state is rounded to it
+/// in every step of dt. Full: double throughout; for studies, and what the vector kernels are compared with.
+enum class Precision { single, full };
+
+std::string_view to_string(Precision precision);
+Precision parse_precision(std::string_view text);  ///< "single", "double"; throws InputError
+
 struct StepOptions {
     double dt = 0.01;  ///< [s]
     Integrator integrator = Integrator::automatic;
+    Precision precision = Precision::single;
     int threads = 1;            ///< any number gives the same bits; 0: all cores
     int max_substeps = 100000;  ///< symplectic: more than this is refused
     double tolerance =
         1e-5;  ///< implicit: residual relative to the forces of the step (inertia, loads, springs)
-    int max_iterations = 500;  ///< implicit: per step
+    int max_iterations = 500;              ///< implicit: per step
+    bool volume = false;                   ///< report Eq. 4's volume before each step
+    const PackedKernel* kernel = nullptr;  ///< single precision: null is the fastest this processor has
 };
 
 /// What a step did.
@@ -30,6 +41,7 @@ struct StepReport {
     int iterations = 0;           ///< implicit: evaluations of the forces
     double residual = 0;          ///< implicit: Euclidean norm of what is left [N]
     bool converged = true;        ///< implicit: residual below the tolerance
+    double volume = 0;            ///< with StepOptions::volume: Eq. 4 before the step [m^3]
     Index not_finite = no_index;  ///< first vertex that left the numbers; the state is then the last good one
 };
 
@@ -45,7 +57,9 @@ class Workspace {
     Workspace& operator=(Workspace&&) noexcept;
 
     Integrator integrator() const;  ///< never automatic
-    int substeps() const;           ///< per step of dt; 1 when implicit
+    Precision precision()
+        const;  ///< full where single is not possible: free bodies, implicit, numbers too far apart
+    int substeps() const;  ///< per step of dt; 1 when implicit
 
     /// Goes on with a body that was refined or coarsened in place: as costly as the change while symplectic
     /// Euler is used. Throws InputError as the constructor does.
@@ -58,8 +72,11 @@ class Workspace {
     std::unique_ptr<Data> data;
 };
 
-/// Advances `state` by dt. For a held body symplectic Euler allocates nothing after the first step. The same
-/// bits for any number of threads. `loads` must be valid (require_valid).
-StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace);
+/// Advances `state` by `count` steps of dt. For a held body symplectic Euler allocates nothing after the
+/// first step. The same bits for any number of threads. In single precision `state` is read at the start and
+/// written at the end, so that many steps at a time cost less than each alone; their bits may differ from it
+/// in what rounding does to positions in double. The report is of the last step. `loads` must be valid
+/// (require_valid).
+StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count = 1);
 
 }  // namespace innerspring

@@ -105,6 +105,7 @@ class Runner {
         StepOptions step;
         step.dt = options_.sampling.dt_s;
         step.integrator = Integrator::symplectic;
+        step.precision = Precision::full;
         Workspace workspace(*body, step);
         State state;
         for (std::size_t n = work.first; n < work.last && !stopped(); ++n) {

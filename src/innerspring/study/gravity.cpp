@@ -89,6 +89,7 @@ Image gravity_picture(const Setting& s) {
         StepOptions step;
         step.dt = s.sampling.dt_s;
         step.integrator = Integrator::symplectic;
+        step.precision = Precision::full;
         Workspace workspace(body, step);
         respond(body, loads, no_index, s.sampling, workspace, states.emplace_back());
         std::vector<double>& u = displacement.emplace_back();

@@ -1,0 +1,317 @@
+#include "innerspring/sim/packed.h"
+
+#include <algorithm>
+#include <cmath>
+#if defined(__x86_64__)
+#include <immintrin.h>
+#endif
+
+namespace innerspring {
+
+namespace {
+
+/// Vertices sorted by their number of spokes among themselves: slices then have few empty slots, and
+/// neighbours are still near.
+constexpr std::size_t sorting_window = 256;
+
+/// Slices a thread takes at once.
+constexpr std::size_t slices_per_block = block_size / slice_width;
+
+/// Fewer vertices than this are stepped by one thread: waking the others costs more (docs/performance.md).
+constexpr std::size_t threads_pay_from = 2048;
+
+/// Numbers so small that they have lost bits are taken as 0: they would slow every operation down a
+/// hundredfold.
+class FlushDenormals {
+  public:
+#if defined(__x86_64__)
+    FlushDenormals() : before_(_mm_getcsr()) {
+        _mm_setcsr(before_ | 0x8040);
+    }
+    ~FlushDenormals() {
+        _mm_setcsr(before_);
+    }
+
+  private:
+    unsigned before_;
+#endif
+};
+
+/// A walk over the surface, ring by ring, from the vertex farthest along the longest axis: a vertex's
+/// neighbours are at most two rings away.
+std::vector<Index> walk(const Body& body) {
+    const auto& q = body.rest.positions;
+    const std::size_t n = body.vertices();
+    Vector low = q[0], high = q[0];
+    for (const Vector& p : q) low = low.cwiseMin(p), high = high.cwiseMax(p);
+    Eigen::Index axis;
+    (high - low).maxCoeff(&axis);
+    const auto start = std::min_element(
+        q.begin(), q.end(), [axis](const Vector& a, const Vector& b) { return a[axis] < b[axis]; });
+    std::vector<Index> order;
+    order.reserve(n);
+    std::vector<bool> seen(n, false);
+    auto visit = [&](Index i) {
+        if (!seen[i]) order.push_back(i), seen[i] = true;
+    };
+    visit(Index(start - q.begin()));
+    for (std::size_t next = 0, unseen = 0; order.size() < n || next < n;) {
+        if (next == order.size()) {  // another closed part
+            while (seen[unseen]) ++unseen;
+            visit(Index(unseen));
+        }
+        for (const Spoke& spoke : body.spokes_of(order[next++])) visit(spoke.neighbour);
+    }
+    for (std::size_t first = 0; first < n; first += sorting_window)
+        std::stable_sort(order.begin() + std::ptrdiff_t(first),
+                         order.begin() + std::ptrdiff_t(std::min(n, first + sorting_window)),
+                         [&](Index a, Index b) { return body.rows[a].count > body.rows[b].count; });
+    return order;
+}
+
+/// The neighbour after the one on `edge` in the fan around i, counter-clockwise from outside.
+Index next_in_fan(const Body& body, Index i, Index edge) {
+    const Index j = other_end(body.edges[edge], i);
+    for (Index t : body.edge_triangles[edge]) {
+        const Triangle& triangle = body.rest.triangles[t];
+        for (int corner = 0; corner < 3; ++corner)
+            if (triangle[corner] == i && triangle[(corner + 1) % 3] == j) return triangle[(corner + 2) % 3];
+    }
+    return j;
+}
+
+/// Writes all that does not move of the vertex at a place. The slice must have slots enough.
+void fill(Packed& p, const Body& body, std::size_t place) {
+    const std::size_t slice = place / slice_width, lane = place % slice_width;
+    PackedCoefficients& c = p.coefficients[slice];
+    PackedSlot* const slots = p.slots.data() + p.ranges[slice].first;
+    const std::size_t count = p.ranges[slice].count;
+    const Index i = p.vertex_at[place];
+    if (i == no_index) {  // held by an enormous drag
+        for (auto& rows : p.rows) rows[place] = {};
+        c.inverse_m[lane] = c.K_m[lane] = 0, c.c_m[lane] = 1e30f;
+        for (std::size_t n = 0; n < count; ++n) slots[n].offset[lane] = 0, slots[n].k[lane] = 0;
+        return;
+    }
+    const Vector q = p.scale * (body.rest.positions[i] - p.origin);
+    for (auto& rows : p.rows)
+        for (int axis = 0; axis < 3; ++axis) rows[place].q[axis] = float(q[axis]);
+    c.inverse_m[lane] = float(p.stiffness / body.m[i]);
+    c.K_m[lane] = float(body.K[i] / body.m[i]);
+    c.c_m[lane] = float(body.c[i] / body.m[i]);
+    const std::span<const Spoke> spokes = body.spokes_of(i);
+    const Spoke* spoke = &spokes.front();
+    for (std::size_t n = 0; n < count; ++n) {
+        slots[n].offset[lane] = std::uint32_t(p.place_of[spoke->neighbour] * sizeof(PackedRow));
+        slots[n].k[lane] = n < spokes.size() ? float(spoke->k / p.stiffness) : 0;
+        if (n + 1 < spokes.size()) {
+            const Index next = next_in_fan(body, i, spoke->edge);
+            spoke = std::find_if(spokes.data(), spokes.data() + spokes.size(),
+                                 [next](const Spoke& s) { return s.neighbour == next; });
+        } else {
+            spoke = &spokes.front();
+        }
+    }
+}
+
+std::size_t most_spokes(const Packed& p, const Body& body, std::size_t slice) {
+    std::size_t most = 0;
+    for (std::size_t place = slice * slice_width; place < (slice + 1) * slice_width; ++place)
+        if (p.vertex_at[place] != no_index)
+            most = std::max<std::size_t>(most, body.rows[p.vertex_at[place]].count);
+    return most;
+}
+
+void append_slice(Packed& p) {
+    for (auto& rows : p.rows) rows.resize(rows.size() + slice_width);
+    p.v.emplace_back();
+    p.coefficients.emplace_back();
+    p.ranges.push_back({0, 0});
+    p.vertex_at.resize(p.vertex_at.size() + slice_width, no_index);
+}
+
+/// Slots at the end, for so many spokes.
+void give_slots(Packed& p, std::size_t slice, std::size_t count) {
+    p.ranges[slice] = {std::uint32_t(p.slots.size()), std::uint32_t(count)};
+    p.slots.resize(p.slots.size() + count);
+}
+
+template <class Function>
+void each_vertex(const Packed& p, Team& team, Function&& function) {
+    const std::size_t n = p.place_of.size();
+    team.run(block_count(n), [&](std::size_t block) {
+        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
+            function(i, p.place_of[i] / slice_width, p.place_of[i] % slice_width);
+    });
+}
+
+}  // namespace
+
+bool packable(const Body& body) {
+    if (body.free || body.vertices() > (std::size_t(1) << 26)) return false;
+    const double k = *std::max_element(body.k.begin(), body.k.end());
+    const auto fits = [](double number) { return number < 1e30; };
+    for (std::size_t i = 0; i < body.vertices(); ++i)
+        if (!fits(k / body.m[i]) || !fits(body.K[i] / body.m[i]) || !fits(body.c[i] / body.m[i]))
+            return false;
+    return std::isnormal(body.radius) && (k == 0 || std::isnormal(k)) && body.radius > 1e-100 &&
+           body.radius < 1e100;
+}
+
+Packed pack(const Body& body) {
+    const auto& q = body.rest.positions;
+    Packed p;
+    p.scale = std::exp2(-std::ilogb(body.radius));
+    const double k = *std::max_element(body.k.begin(), body.k.end());
+    p.stiffness = k > 0 ? std::exp2(std::ilogb(k)) : 1;
+    Vector low = q[0], high = q[0];
+    for (const Vector& x : q) low = low.cwiseMin(x), high = high.cwiseMax(x);
+    p.origin = (low + high) / 2;
+    const std::size_t slices = (body.vertices() + slice_width - 1) / slice_width;
+    for (auto& rows : p.rows) rows.resize(slices * slice_width);
+    p.v.resize(slices), p.coefficients.resize(slices), p.ranges.resize(slices);
+    p.vertex_at = walk(body);
+    p.vertex_at.resize(slices * slice_width, no_index);
+    p.place_of.resize(body.vertices());
+    for (std::size_t place = 0; place < body.vertices(); ++place)
+        p.place_of[p.vertex_at[place]] = Index(place);
+    std::size_t slots = 0;
+    for (std::size_t slice = 0; slice < slices; ++slice) slots += most_spokes(p, body, slice);
+    p.slots.reserve(slots);
+    for (std::size_t slice = 0; slice < slices; ++slice) give_slots(p, slice, most_spokes(p, body, slice));
+    for (std::size_t place = 0; place < p.vertex_at.size(); ++place) fill(p, body, place);
+    return p;
+}
+
+void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const BodyChange& change) {
+    std::size_t used = 0;
+    for (const SlotRange& range : p.ranges) used += range.count;
+    if (change.everywhere || p.slots.size() > 2 * used) {  // half of the slots are left behind
+        p = pack(body);
+        return;
+    }
+    std::vector<Index> slices;  // with a vertex that is other than before
+    for (std::size_t n = 0; n < surface.created.size(); ++n) {
+        if (p.vacant.empty()) {
+            append_slice(p);
+            for (std::size_t place = p.vertex_at.size(); place-- > p.vertex_at.size() - slice_width;)
+                p.vacant.push_back(Index(place));
+        }
+        const Index place = p.vacant.back();
+        p.vacant.pop_back();
+        p.vertex_at[place] = Index(p.place_of.size());
+        p.place_of.push_back(place);
+        slices.push_back(place / slice_width);
+    }
+    for (const auto& [from, to] : change.moved) {
+        const Index left = p.place_of[to];
+        p.vertex_at[left] = no_index;
+        p.vacant.push_back(left);
+        slices.push_back(left / slice_width);
+        if (from != to) {
+            p.place_of[to] = p.place_of[from];
+            p.vertex_at[p.place_of[to]] = to;
+        }
+        p.place_of.pop_back();
+    }
+    for (Index i : change.touched) slices.push_back(p.place_of[i] / slice_width);
+    make_set(slices);
+    for (Index slice : slices) {
+        const std::size_t most = most_spokes(p, body, slice);
+        if (most > p.ranges[slice].count) give_slots(p, slice, most);
+        for (std::size_t lane = 0; lane < slice_width; ++lane) fill(p, body, slice * slice_width + lane);
+    }
+}
+
+void load(Packed& p, const Body& body, const State& state, Team& team) {
+    each_vertex(p, team, [&](std::size_t i, std::size_t slice, std::size_t lane) {
+        const Vector u = p.scale * (state.x[i] - body.rest.positions[i]), v = p.scale * state.v[i];
+        PackedRow& row = p.rows[0][slice * slice_width + lane];
+        for (int axis = 0; axis < 3; ++axis) row.u[axis] = float(u[axis]);
+        p.v[slice].x[lane] = float(v.x()), p.v[slice].y[lane] = float(v.y()),
+        p.v[slice].z[lane] = float(v.z());
+    });
+}
+
+Vector displacement(const Packed& p, Index vertex) {
+    const PackedRow& row = p.rows[0][p.place_of[vertex]];
+    return Vector(row.u[0], row.u[1], row.u[2]) / p.scale;
+}
+
+void store(const Packed& p, const Body& body, State& state, Team& team) {
+    each_vertex(p, team, [&](std::size_t i, std::size_t slice, std::size_t lane) {
+        state.x[i] = body.rest.positions[i] + displacement(p, Index(i));
+        state.v[i] = Vector(p.v[slice].x[lane], p.v[slice].y[lane], p.v[slice].z[lane]) / p.scale;
+    });
+}
+
+void push(Packed& p, Index vertex, const Vector& velocity) {
+    const std::size_t slice = p.place_of[vertex] / slice_width, lane = p.place_of[vertex] % slice_width;
+    PackedVectors& v = p.v[slice];
+    v.x[lane] += float(p.scale * velocity.x());
+    v.y[lane] += float(p.scale * velocity.y());
+    v.z[lane] += float(p.scale * velocity.z());
+}
+
+void place(Packed& p, Index vertex, const Vector& displacement, const Vector& velocity) {
+    const std::size_t slice = p.place_of[vertex] / slice_width, lane = p.place_of[vertex] % slice_width;
+    for (int axis = 0; axis < 3; ++axis)
+        p.rows[0][p.place_of[vertex]].u[axis] = float(p.scale * displacement[axis]);
+    p.v[slice].x[lane] = p.v[slice].y[lane] = p.v[slice].z[lane] = 0;
+    push(p, vertex, velocity);
+}
+
+std::span<const PackedKernel* const> packed_kernels() {
+    static const std::vector<const PackedKernel*> kernels = [] {
+        std::vector<const PackedKernel*> found;
+        auto add = [&found](const PackedKernel* kernel, bool runs) {
+            if (kernel && runs) found.push_back(kernel);
+        };
+#if defined(__x86_64__)
+        add(avx512_kernel(), __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"));
+        add(avx2_kernel(), __builtin_cpu_supports("avx2"));
+        add(sse2_kernel(), true);
+#endif
+        add(portable_kernel(), true);
+        return found;
+    }();
+    return kernels;
+}
+
+bool advance(Packed& p, const PackedKernel& kernel, double h, const Vector& gravity, Team& team,
+             double* volume) {
+    const Vector hg = h * p.scale * gravity;
+    const PackedStep step{p.slots.data(),
+                          p.ranges.data(),
+                          p.coefficients.data(),
+                          p.rows[0].data(),
+                          p.rows[1].data(),
+                          p.v.data(),
+                          float(h),
+                          {float(hg.x()), float(hg.y()), float(hg.z())}};
+    const std::size_t slices = p.ranges.size(), blocks = (slices + slices_per_block - 1) / slices_per_block;
+    std::atomic<bool> finite{true};
+    const auto run = [&](std::size_t block, double* part) {
+        const FlushDenormals flush;
+        const std::size_t first = block * slices_per_block, last = std::min(slices, first + slices_per_block);
+        if (!kernel.advance(step, first, last, part)) finite.store(false, std::memory_order_relaxed);
+    };
+    const auto each_block = [&](auto&& loop) {
+        if (p.place_of.size() >= threads_pay_from) return team.run(blocks, loop);
+        for (std::size_t block = 0; block < blocks; ++block) loop(block);
+    };
+    if (volume) {
+        // Block by block in order, whoever adds them up.
+        p.part_volume.resize(blocks);
+        each_block([&](std::size_t block) { run(block, &p.part_volume[block]); });
+        *volume = 0;
+        for (double part : p.part_volume) *volume += part;
+        *volume /= p.scale * p.scale * p.scale;
+    } else {
+        each_block([&](std::size_t block) { run(block, nullptr); });
+    }
+    p.rows[0].swap(p.rows[1]);
+    return finite;
+}
+
+}  // namespace innerspring

@@ -1,0 +1,61 @@
+#pragma once
+#include <Eigen/Core>
+#include <span>
+
+#include "innerspring/body/refine.h"
+#include "innerspring/sim/packed_kernel.h"
+#include "innerspring/sim/state.h"
+#include "innerspring/sim/team.h"
+
+namespace innerspring {
+
+/// A held body and its motion in single precision, laid out for the vector kernels: slices of vertices, in
+/// the order of a walk over the surface, so that neighbours lie near each other in memory.
+///
+/// Lengths are from `origin` and in units of 1/scale metres, a power of two near the body's radius; forces in
+/// units that make the stiffest spring near 1. Displacements are from home: what rounding of positions does
+/// changes the shape at rest by 6e-8 of the radius, but no displacement, which has its own 24 bits.
+///
+/// Per vertex with six neighbours: 2 x 32 B of rows, 12 B of v, 12 B of coefficients, 48 B of slots, 8 B of
+/// maps: 144 B, of which a step reads 104 B and writes 28 B. Flops: 6 x 40 + 40 with 6 roots and 7 divisions.
+struct Packed {
+    std::vector<PackedRow> rows[2];  ///< what was read last, and what is written next
+    std::vector<PackedVectors> v;
+    std::vector<PackedCoefficients> coefficients;
+    std::vector<PackedSlot> slots;
+    std::vector<SlotRange> ranges;
+    std::vector<Index> vertex_at;  ///< per place; no_index: a lane that stands still
+    std::vector<Index> place_of;   ///< per vertex
+    Vector origin = Vector::Zero();
+    double scale = 1, stiffness = 1;
+    std::vector<Index> vacant;        ///< places of vertices that are gone
+    std::vector<double> part_volume;  ///< per block, for advance()
+};
+
+/// Whether the body's numbers fit: some would overflow where masses and stiffnesses differ by 1e30.
+bool packable(const Body& body);
+Packed pack(const Body& body);
+
+/// Follows a refinement or coarsening in place; as costly as the change. The motion must be loaded anew.
+void adapt(Packed& packed, const Body& body, const SurfaceChange& surface, const BodyChange& change);
+
+/// The motion in and out, rounded to single precision on the way in.
+void load(Packed& packed, const Body& body, const State& state, Team& team);
+void store(const Packed& packed, const Body& body, State& state, Team& team);
+
+/// Adds to the velocity of one vertex [m/s]; sets its displacement [m] and velocity.
+void push(Packed& packed, Index vertex, const Vector& velocity);
+void place(Packed& packed, Index vertex, const Vector& displacement, const Vector& velocity);
+
+/// Displacement from home of one vertex [m].
+Vector displacement(const Packed& packed, Index vertex);
+
+/// The kernels this processor has, the fastest first; the last one is plain C++. They give the same bits.
+std::span<const PackedKernel* const> packed_kernels();
+
+/// One symplectic Euler step of h [s] under gravity [m/s^2]. False if something left the numbers. `volume`,
+/// if not null: Eq. 4 before the step [m^3], to some 1e-8. The same bits for any number of threads.
+bool advance(Packed& packed, const PackedKernel& kernel, double h, const Vector& gravity, Team& team,
+             double* volume = nullptr);
+
+}  // namespace innerspring

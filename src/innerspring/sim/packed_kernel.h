@@ -1,0 +1,64 @@
+#pragma once
+// What the vector kernels read and write, and nothing else: the files compiled for one instruction set
+// include only this, so that no shared code of the library is ever compiled for a processor that may not be
+// there.
+#include <cstddef>
+#include <cstdint>
+
+namespace innerspring {
+
+/// Vertices side by side in a slice. The same for every instruction set, and with it the layout, the order of
+/// every sum and every bit of the result.
+inline constexpr std::size_t slice_width = 16;
+
+/// A vertex as its neighbours read it: rest position and displacement from home.
+struct alignas(32) PackedRow {
+    float q[4], u[4];
+};
+
+/// The n-th spoke of each vertex of a slice, in the order of the fan of triangles.
+struct alignas(64) PackedSlot {
+    std::uint32_t offset[slice_width];  ///< of the neighbour's row [bytes]
+    float k[slice_width];               ///< 0: no spoke, and the neighbour is the vertex's first
+};
+
+/// Slots of a slice: as many as its vertices have spokes at most.
+struct SlotRange {
+    std::uint32_t first, count;
+};
+
+struct alignas(64) PackedVectors {
+    float x[slice_width], y[slice_width], z[slice_width];
+};
+
+struct alignas(64) PackedCoefficients {
+    float inverse_m[slice_width], K_m[slice_width], c_m[slice_width];  ///< 1/m, K/m, c/m
+};
+
+/// One symplectic Euler step of a held body (kernel.h's advance_held), in units of packed.h.
+struct PackedStep {
+    const PackedSlot* slots;
+    const SlotRange* ranges;                 ///< per slice
+    const PackedCoefficients* coefficients;  ///< per slice
+    const PackedRow* in;
+    PackedRow* out;    ///< another array, with q as in `in`; u is written
+    PackedVectors* v;  ///< per slice, in place
+    float h;
+    float hg[3];  ///< h times gravity
+};
+
+/// Slices [first, last). False if anything left the numbers. `volume`, if not null: the vertices' share of
+/// Eq. 4 at the positions read, sum_i x_i/3 (A_i)_x, A_i the area vector of the triangles at i; one component
+/// is enough, as the three sums are equal on a closed surface.
+struct PackedKernel {
+    const char* name;
+    bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, double* volume);
+};
+
+/// Null where the library was built for another processor.
+const PackedKernel* avx512_kernel();
+const PackedKernel* avx2_kernel();
+const PackedKernel* sse2_kernel();
+const PackedKernel* portable_kernel();
+
+}  // namespace innerspring

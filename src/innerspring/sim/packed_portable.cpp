@@ -1,0 +1,5 @@
+#include "innerspring/sim/packed_simd.h"
+
+const innerspring::PackedKernel* innerspring::portable_kernel() {
+    return kernel_for<Portable>("portable");
+}
