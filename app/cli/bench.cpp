@@ -11,8 +11,10 @@
 #include "commands.h"
 #include "innerspring/mesh/check.h"
 #include "innerspring/mesh/error.h"
+#include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/sim/measure.h"
+#include "innerspring/sim/packed.h"
 #include "innerspring/sim/stability.h"
 #include "innerspring/sim/step.h"
 #include "innerspring/sim/team.h"
@@ -35,24 +37,27 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Steps of one sub-step each, on so many threads.
+/// Explicit steps of one sub-step each.
 struct Stepping {
-    int threads;
-    double ns_per_vertex = 0;                    ///< of the median step
-    double p50_us = 0, p99_us = 0, p999_us = 0;  ///< a whole step
+    std::string kernel;  ///< a vector kernel, or "double"
+    int threads = 1;
+    double ns_per_vertex = 0;                    ///< steps_at_a_time together, median
+    double p50_us = 0, p99_us = 0, p999_us = 0;  ///< a step alone, the state read and written
     double bandwidth_gb_s = 0;                   ///< what the machine streams over as many bytes
-    double memory_ns = 0, arithmetic_ns = 0;     ///< per vertex and step, if that were all there is
+    double memory_ns = 0, compute_ns = 0;        ///< per vertex and step, if that were all there is
 };
+
+constexpr int steps_at_a_time = 100;
 
 struct Phase {
     std::string_view name;
     double seconds;
 };
 
-/// Bytes that one step of a held body moves per vertex, each array once (sim/kernel.h).
+/// Bytes that one step moves per vertex, each array once (sim/packed.h).
 double bytes_per_vertex(const Body& body) {
-    return 5 * sizeof(Vector) + 3 * sizeof(double) + sizeof(SpokeRow) +
-           2 * double(body.edges.size()) / double(body.vertices()) * sizeof(Spoke);
+    const double spokes = 2 * double(body.edges.size()) / double(body.vertices());
+    return 2 * sizeof(PackedRow) + 2 * 12 + 12 + 8 * spokes;
 }
 
 /// The shortest of repeated calls [s]: what the machine can do when nothing disturbs it.
@@ -81,28 +86,12 @@ double triad(double bytes, int threads) {
     return 24e-9 * double(n) / s;
 }
 
-/// Time [ns] of one spoke's arithmetic on data that lies in the first cache: a square root, a division and a
-/// dozen multiplications and additions.
-double spoke_arithmetic() {
-    std::vector<Vector> d(256, Vector(0.3, 0.4, 0.5));
-    Vector sum = Vector::Zero();
-    const double s = shortest(0.1, [&] {
-        for (Vector& v : d) {
-            sum += 1.5 * (1 - 0.7 / v.norm()) * v;
-            v.x() += 1e-9;
-        }
-    });
-    return std::isfinite(sum.norm()) ? 1e9 * s / double(d.size()) : 0;
-}
-
 double quantile(const std::vector<double>& sorted, double q) {
     return sorted[std::min(sorted.size() - 1, std::size_t(q * double(sorted.size())))];
 }
 
-Stepping time_steps(const Body& body, int threads, double seconds, double spoke_ns) {
-    StepOptions options;
+Stepping time_steps(const Body& body, StepOptions options, double seconds) {
     options.integrator = Integrator::symplectic;
-    options.threads = threads;
     options.dt = 0.99 * step_safety * largest_stable_step(body);
     Workspace workspace(body, options);
     State state = rest_state(body);
@@ -110,27 +99,39 @@ Stepping time_steps(const Body& body, int threads, double seconds, double spoke_
     const Vector inward = -vertex_normals(body.rest.positions, body.rest.triangles)[0];
     loads.forces.push_back(patch_force(body, 0, 0.4 * body.radius,
                                        1e-3 * body.material.young * body.radius * body.radius * inward));
-    std::vector<double> times;
-    const auto warm = Clock::now();
-    for (int n = 0; n < 20 || seconds_since(warm) < 0.1 * seconds; ++n) step(body, loads, state, workspace);
-    const auto start = Clock::now();
-    for (auto before = start; times.size() < 20 || seconds_since(start) < seconds;) {
-        step(body, loads, state, workspace);
-        const auto now = Clock::now();
-        times.push_back(std::chrono::duration<double>(now - before).count());
-        before = now;
-    }
-    const double N = double(body.vertices());
-    std::sort(times.begin(), times.end());
-    Stepping s{threads};
-    s.ns_per_vertex = 1e9 * quantile(times, 0.5) / N;
-    s.p50_us = 1e6 * quantile(times, 0.5);
-    s.p99_us = 1e6 * quantile(times, 0.99);
-    s.p999_us = 1e6 * quantile(times, 0.999);
-    s.bandwidth_gb_s = triad(N * bytes_per_vertex(body), threads);
-    s.memory_ns = bytes_per_vertex(body) / s.bandwidth_gb_s;
-    s.arithmetic_ns = spoke_ns * 2 * double(body.edges.size()) / N / threads;
+    const auto sample = [&](int count, double budget_s) {
+        std::vector<double> times;
+        const auto start = Clock::now();
+        for (auto before = start; times.size() < 20 || seconds_since(start) < budget_s;) {
+            step(body, loads, state, workspace, count);
+            const auto now = Clock::now();
+            times.push_back(std::chrono::duration<double>(now - before).count() / count);
+            before = now;
+        }
+        std::sort(times.begin(), times.end());
+        return times;
+    };
+    sample(steps_at_a_time, 0.1 * seconds);  // warm
+    Stepping s{workspace.precision() == Precision::single
+                   ? options.kernel ? options.kernel->name : packed_kernels().front()->name
+                   : "double",
+               options.threads};
+    s.ns_per_vertex = 1e9 * quantile(sample(steps_at_a_time, seconds / 2), 0.5) / double(body.vertices());
+    const std::vector<double> alone = sample(1, seconds / 2);
+    s.p50_us = 1e6 * quantile(alone, 0.5);
+    s.p99_us = 1e6 * quantile(alone, 0.99);
+    s.p999_us = 1e6 * quantile(alone, 0.999);
     return s;
+}
+
+/// The kernel's own pace [ns per vertex]: a body so small that all lies in the first cache.
+double compute_pace(const Material& material) {
+    const Body small = build_body(make_shape("icosphere:vertices=162"), material);
+    Packed packed = pack(small);
+    Team alone(1);
+    const double h = 0.5 * largest_stable_step(small);
+    return 1e9 / double(small.vertices()) *
+           shortest(0.1, [&] { advance(packed, *packed_kernels().front(), h, Vector::Zero(), alone); });
 }
 
 std::string processor() {
@@ -141,7 +142,7 @@ std::string processor() {
 }
 
 std::string_view bound(const Stepping& s) {
-    return s.memory_ns > s.arithmetic_ns ? "memory" : "arithmetic";
+    return s.memory_ns > s.compute_ns ? "memory" : "compute";
 }
 
 int run(const Arguments& a) {
@@ -169,9 +170,19 @@ int run(const Arguments& a) {
     timed("volume (Eq. 4)", [&] { return volume(body.rest); });
     timed("all measures", [&] { return measure(body, {}, rest_state(body)).volume; });
 
-    const double spoke_ns = spoke_arithmetic();
-    std::vector<Stepping> steps;
-    for (int threads : {1, 2}) steps.push_back(time_steps(body, threads, a.seconds, spoke_ns));
+    const double pace = compute_pace(body.material);
+    std::vector<Stepping> steps, kernels;
+    for (int threads : {1, 2}) {
+        StepOptions options;
+        options.threads = threads;
+        Stepping& s = steps.emplace_back(time_steps(body, options, a.seconds));
+        s.bandwidth_gb_s = triad(double(body.vertices()) * bytes_per_vertex(body), threads);
+        s.memory_ns = bytes_per_vertex(body) / s.bandwidth_gb_s;
+        s.compute_ns = pace / threads;
+    }
+    for (const PackedKernel* kernel : packed_kernels())
+        kernels.push_back(time_steps(body, {.kernel = kernel}, a.seconds / 4));
+    kernels.push_back(time_steps(body, {.precision = Precision::full}, a.seconds / 4));
     const Stepping& best = steps[0].ns_per_vertex < steps[1].ns_per_vertex ? steps[0] : steps[1];
     const auto sustained = [&](double hz) { return std::size_t(1e9 / hz / best.ns_per_vertex); };
 
@@ -188,10 +199,11 @@ int run(const Arguments& a) {
             j["ns_per_vertex_step"][key] = s.ns_per_vertex;
             j["step_us"][key] = {{"p50", s.p50_us}, {"p99", s.p99_us}, {"p99_9", s.p999_us}};
             j["bounds_ns_per_vertex_step"][key] = {{"memory", s.memory_ns},
-                                                   {"arithmetic", s.arithmetic_ns},
+                                                   {"compute", s.compute_ns},
                                                    {"applies", bound(s)},
                                                    {"bandwidth_gb_s", s.bandwidth_gb_s}};
         }
+        for (const Stepping& s : kernels) j["kernels_ns_per_vertex_step"][s.kernel] = s.ns_per_vertex;
         j["vertices_sustained"] = {{"at_1000_hz", sustained(1000)}, {"at_60_hz", sustained(60)}};
         for (const Phase& p : phases) j["phases_s"][std::string(p.name)] = p.seconds;
         fmt::print("{}\n", j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -200,15 +212,21 @@ int run(const Arguments& a) {
     fmt::print("{}: {} vertices, {} triangles; {}\n\n", body.rest.name, body.vertices(),
                body.rest.triangles.size(), processor());
     for (const Stepping& s : steps) {
-        fmt::print("  {} thread{}\n", s.threads, s.threads == 1 ? "" : "s");
-        print_row("  per vertex and step", fmt::format("{:.3g} ns", s.ns_per_vertex));
-        print_row("  a step", fmt::format("{:.4g} us (median), {:.4g} (p99), {:.4g} (p99.9)", s.p50_us,
-                                          s.p99_us, s.p999_us));
-        print_row("  bounds", fmt::format("memory {:.3g} ns ({:.0f} B at {:.0f} GB/s), arithmetic {:.3g} ns: "
-                                          "{} comes first",
-                                          s.memory_ns, bytes_per_vertex(body), s.bandwidth_gb_s,
-                                          s.arithmetic_ns, bound(s)));
+        fmt::print("  {} thread{}, kernel {}\n", s.threads, s.threads == 1 ? "" : "s", s.kernel);
+        print_row("  per vertex and step", fmt::format("{:.3g} ns ({} steps at a time, the median)",
+                                                       s.ns_per_vertex, steps_at_a_time));
+        print_row("  a step alone",
+                  fmt::format("{:.4g} us (median), {:.4g} (p99), {:.4g} (p99.9), state read and written",
+                              s.p50_us, s.p99_us, s.p999_us));
+        print_row("  bounds",
+                  fmt::format("memory {:.3g} ns ({:.0f} B at {:.0f} GB/s), compute {:.3g} ns "
+                              "(all in the first cache): {} comes first",
+                              s.memory_ns, bytes_per_vertex(body), s.bandwidth_gb_s, s.compute_ns, bound(s)));
     }
+    std::string each;
+    for (const Stepping& s : kernels)
+        each += fmt::format("{}{} {:.3g} ns", each.empty() ? "" : ", ", s.kernel, s.ns_per_vertex);
+    print_row("kernels, one thread", each);
     fmt::print("\n");
     print_row("vertices at 1 kHz", fmt::format("{} (one explicit step each)", sustained(1000)));
     print_row("vertices at 60 Hz", fmt::format("{}", sustained(60)));
@@ -231,6 +249,6 @@ Command add_bench(CLI::App& program) {
     app->add_option("--seconds", a->seconds, "time to step for, on one thread and on two [s] (default 1)")
         ->type_name("S");
     add_output_options(*app, a->output);
-    app->footer("Explicit steps of a held body under gravity and a patch load, double precision.");
+    app->footer("Explicit steps of a held body under gravity and a patch load.");
     return {app, [a] { return run(*a); }};
 }

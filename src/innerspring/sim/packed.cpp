@@ -136,10 +136,16 @@ void give_slots(Packed& p, std::size_t slice, std::size_t count) {
     p.slots.resize(p.slots.size() + count);
 }
 
+template <class Loop>
+void each_block(const Packed& p, std::size_t blocks, Team& team, Loop&& loop) {
+    if (p.place_of.size() >= threads_pay_from) return team.run(blocks, loop);
+    for (std::size_t block = 0; block < blocks; ++block) loop(block);
+}
+
 template <class Function>
 void each_vertex(const Packed& p, Team& team, Function&& function) {
     const std::size_t n = p.place_of.size();
-    team.run(block_count(n), [&](std::size_t block) {
+    each_block(p, block_count(n), team, [&](std::size_t block) {
         for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
             function(i, p.place_of[i] / slice_width, p.place_of[i] % slice_width);
     });
@@ -235,13 +241,16 @@ void load(Packed& p, const Body& body, const State& state, Team& team) {
 
 Vector displacement(const Packed& p, Index vertex) {
     const PackedRow& row = p.rows[0][p.place_of[vertex]];
-    return Vector(row.u[0], row.u[1], row.u[2]) / p.scale;
+    return Vector(row.u[0], row.u[1], row.u[2]) * (1 / p.scale);
 }
 
 void store(const Packed& p, const Body& body, State& state, Team& team) {
+    const double metres = 1 / p.scale;  // exact: a power of two
     each_vertex(p, team, [&](std::size_t i, std::size_t slice, std::size_t lane) {
-        state.x[i] = body.rest.positions[i] + displacement(p, Index(i));
-        state.v[i] = Vector(p.v[slice].x[lane], p.v[slice].y[lane], p.v[slice].z[lane]) / p.scale;
+        const float* u = p.rows[0][slice * slice_width + lane].u;
+        const PackedVectors& v = p.v[slice];
+        state.x[i] = body.rest.positions[i] + metres * Vector(u[0], u[1], u[2]);
+        state.v[i] = metres * Vector(v.x[lane], v.y[lane], v.z[lane]);
     });
 }
 
@@ -296,19 +305,15 @@ bool advance(Packed& p, const PackedKernel& kernel, double h, const Vector& grav
         const std::size_t first = block * slices_per_block, last = std::min(slices, first + slices_per_block);
         if (!kernel.advance(step, first, last, part)) finite.store(false, std::memory_order_relaxed);
     };
-    const auto each_block = [&](auto&& loop) {
-        if (p.place_of.size() >= threads_pay_from) return team.run(blocks, loop);
-        for (std::size_t block = 0; block < blocks; ++block) loop(block);
-    };
     if (volume) {
         // Block by block in order, whoever adds them up.
         p.part_volume.resize(blocks);
-        each_block([&](std::size_t block) { run(block, &p.part_volume[block]); });
+        each_block(p, blocks, team, [&](std::size_t block) { run(block, &p.part_volume[block]); });
         *volume = 0;
         for (double part : p.part_volume) *volume += part;
         *volume /= p.scale * p.scale * p.scale;
     } else {
-        each_block([&](std::size_t block) { run(block, nullptr); });
+        each_block(p, blocks, team, [&](std::size_t block) { run(block, nullptr); });
     }
     p.rows[0].swap(p.rows[1]);
     return finite;

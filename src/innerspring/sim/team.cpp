@@ -4,6 +4,27 @@
 
 namespace innerspring {
 
+namespace {
+
+/// Work comes again within microseconds during a run: looks for it a while, gives way a while, and then
+/// sleeps until the value is another one.
+template <class Number>
+void wait_while(const std::atomic<Number>& value, Number old) {
+    for (int n = 0; n < 500; ++n) {
+        if (value.load(std::memory_order_acquire) != old) return;
+        if (n >= 300) {
+            std::this_thread::yield();
+        } else {
+#if defined(__x86_64__)
+            __builtin_ia32_pause();
+#endif
+        }
+    }
+    value.wait(old, std::memory_order_acquire);
+}
+
+}  // namespace
+
 Team::Team(int threads) {
     const int cores = std::max(1, int(std::thread::hardware_concurrency()));
     const int n = threads <= 0 ? cores : threads;
@@ -26,10 +47,7 @@ void Team::share(std::size_t rank) const {
 void Team::work(std::size_t rank) {
     unsigned seen = 0;
     for (;;) {
-        // Work comes again within microseconds during a run: look for it a while before going to sleep.
-        for (int spin = 0; spin < 2000 && round_.load(std::memory_order_acquire) == seen; ++spin)
-            std::this_thread::yield();
-        round_.wait(seen, std::memory_order_acquire);
+        wait_while(round_, seen);
         ++seen;
         if (stop_) return;
         share(rank);
@@ -48,11 +66,8 @@ void Team::run_erased(std::size_t blocks, void* loop, Call call) {
     round_.notify_all();
     share(0);
     for (unsigned left = busy_.load(std::memory_order_acquire); left != 0;
-         left = busy_.load(std::memory_order_acquire)) {
-        for (int spin = 0; spin < 2000 && busy_.load(std::memory_order_acquire) == left; ++spin)
-            std::this_thread::yield();
-        busy_.wait(left, std::memory_order_acquire);
-    }
+         left = busy_.load(std::memory_order_acquire))
+        wait_while(busy_, left);
 }
 
 }  // namespace innerspring
