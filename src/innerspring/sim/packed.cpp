@@ -136,19 +136,14 @@ void give_slots(Packed& p, std::size_t slice, std::size_t count) {
     p.slots.resize(p.slots.size() + count);
 }
 
+std::size_t blocks_of(std::size_t slices) {
+    return (slices + slices_per_block - 1) / slices_per_block;
+}
+
 template <class Loop>
 void each_block(const Packed& p, std::size_t blocks, Team& team, Loop&& loop) {
     if (p.place_of.size() >= threads_pay_from) return team.run(blocks, loop);
     for (std::size_t block = 0; block < blocks; ++block) loop(block);
-}
-
-template <class Function>
-void each_vertex(const Packed& p, Team& team, Function&& function) {
-    const std::size_t n = p.place_of.size();
-    each_block(p, block_count(n), team, [&](std::size_t block) {
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
-            function(i, p.place_of[i] / slice_width, p.place_of[i] % slice_width);
-    });
 }
 
 }  // namespace
@@ -229,29 +224,42 @@ void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const Body
     }
 }
 
+// Either way round what is written lies in order, and what is read may be anywhere.
+
 void load(Packed& p, const Body& body, const State& state, Team& team) {
-    each_vertex(p, team, [&](std::size_t i, std::size_t slice, std::size_t lane) {
-        const Vector u = p.scale * (state.x[i] - body.rest.positions[i]), v = p.scale * state.v[i];
-        PackedRow& row = p.rows[0][slice * slice_width + lane];
-        for (int axis = 0; axis < 3; ++axis) row.u[axis] = float(u[axis]);
-        p.v[slice].x[lane] = float(v.x()), p.v[slice].y[lane] = float(v.y()),
-        p.v[slice].z[lane] = float(v.z());
+    const std::size_t slices = p.ranges.size();
+    each_block(p, blocks_of(slices), team, [&](std::size_t block) {
+        for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
+             ++s)
+            for (std::size_t lane = 0; lane < slice_width; ++lane) {
+                const std::size_t place = s * slice_width + lane;
+                const Index i = p.vertex_at[place];
+                if (i == no_index) continue;
+                const Vector u = p.scale * (state.x[i] - body.rest.positions[i]), v = p.scale * state.v[i];
+                for (int axis = 0; axis < 3; ++axis) p.rows[0][place].u[axis] = float(u[axis]);
+                p.v[s].x[lane] = float(v.x()), p.v[s].y[lane] = float(v.y()), p.v[s].z[lane] = float(v.z());
+            }
+    });
+}
+
+void store(const Packed& p, const Body& body, State& state, Team& team) {
+    const double metres = 1 / p.scale;  // exact: a power of two
+    const std::size_t n = p.place_of.size();
+    each_block(p, block_count(n), team, [&](std::size_t block) {
+        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
+            const Index place = p.place_of[i];
+            const float* u = p.rows[0][place].u;
+            const PackedVectors& v = p.v[place / slice_width];
+            const std::size_t lane = place % slice_width;
+            state.x[i] = body.rest.positions[i] + metres * Vector(u[0], u[1], u[2]);
+            state.v[i] = metres * Vector(v.x[lane], v.y[lane], v.z[lane]);
+        }
     });
 }
 
 Vector displacement(const Packed& p, Index vertex) {
     const PackedRow& row = p.rows[0][p.place_of[vertex]];
     return Vector(row.u[0], row.u[1], row.u[2]) * (1 / p.scale);
-}
-
-void store(const Packed& p, const Body& body, State& state, Team& team) {
-    const double metres = 1 / p.scale;  // exact: a power of two
-    each_vertex(p, team, [&](std::size_t i, std::size_t slice, std::size_t lane) {
-        const float* u = p.rows[0][slice * slice_width + lane].u;
-        const PackedVectors& v = p.v[slice];
-        state.x[i] = body.rest.positions[i] + metres * Vector(u[0], u[1], u[2]);
-        state.v[i] = metres * Vector(v.x[lane], v.y[lane], v.z[lane]);
-    });
 }
 
 void push(Packed& p, Index vertex, const Vector& velocity) {
@@ -298,7 +306,7 @@ bool advance(Packed& p, const PackedKernel& kernel, double h, const Vector& grav
                           p.v.data(),
                           float(h),
                           {float(hg.x()), float(hg.y()), float(hg.z())}};
-    const std::size_t slices = p.ranges.size(), blocks = (slices + slices_per_block - 1) / slices_per_block;
+    const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
     std::atomic<bool> finite{true};
     const auto run = [&](std::size_t block, double* part) {
         const FlushDenormals flush;

@@ -256,20 +256,15 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
 }
 
 StepReport one_step(const Body& body, const Loads& loads, State& state, Workspace::Data& w) {
-    const double dt = w.options.dt, end = end_of_step(state, dt);
+    const double dt = w.options.dt, h = dt / w.substeps, end = end_of_step(state, dt);
+    const double V = w.options.volume ? volume(state.x, body.rest.triangles) : 0;
     StepReport report;
-    if (w.options.volume) report.volume = volume(state.x, body.rest.triangles);
-    if (w.implicit) {
-        const double before = report.volume;
+    if (w.implicit)
         report = w.implicit->step(loads, w.options, state, w.team);
-        report.volume = before;
-    } else {
-        const double h = dt / w.substeps;
-        for (; report.substeps < w.substeps; ++report.substeps) {
+    else
+        for (; report.substeps < w.substeps && report.not_finite == no_index; ++report.substeps)
             report.not_finite = substep(body, loads, h, state, w);
-            if (report.not_finite != no_index) break;
-        }
-    }
+    report.volume = V;
     if (report.not_finite == no_index) {
         state.time = end;
         ++state.steps;
