@@ -14,4 +14,5 @@ if(INNERSPRING_TESTS)
 endif()
 if(INNERSPRING_BENCH)
   find_package(benchmark REQUIRED)
+  find_package(Bullet QUIET MODULE) # a peer to compare with; scripts/bench installs it
 endif()
