@@ -47,18 +47,20 @@ void per_vertex(benchmark::State& b, const Body& body, double steps) {
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-/// One symplectic Euler sub-step per iteration.
-void symplectic(benchmark::State& b, bool free) {
+/// A hundred symplectic Euler steps per iteration, the state read before and written after.
+void symplectic(benchmark::State& b, bool free, Precision precision, bool with_volume = false) {
     const Body& body = sphere_body(b.range(0), free);
     StepOptions options;
     options.integrator = Integrator::symplectic;
+    options.precision = precision;
+    options.volume = with_volume;
     options.threads = int(b.range(1));
     options.dt = 0.99 * step_safety * largest_stable_step(body);
     Workspace workspace(body, options);
     State state = rest_state(body);
     const Loads loads = press(body);
-    for (auto _ : b) benchmark::DoNotOptimize(step(body, loads, state, workspace));
-    per_vertex(b, body, 1);
+    for (auto _ : b) benchmark::DoNotOptimize(step(body, loads, state, workspace, 100));
+    per_vertex(b, body, 100);
 }
 
 /// One implicit step of 0.01 s per iteration.
@@ -89,12 +91,6 @@ void build(benchmark::State& b) {
     b.counters["per_vertex"] =
         benchmark::Counter(double(mesh.positions.size()),
                            benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-}
-
-void volume_every_step(benchmark::State& b) {
-    const Body& body = sphere_body(b.range(0), false);
-    for (auto _ : b) benchmark::DoNotOptimize(volume(body.rest.positions, body.rest.triangles));
-    per_vertex(b, body, 1);
 }
 
 /// A patch of about 100 triangles refined in place and taken back, each with all that the next step needs:
@@ -141,14 +137,26 @@ void read_stl(benchmark::State& b) {
 
 }  // namespace
 
-BENCHMARK_CAPTURE(symplectic, held, false)
+BENCHMARK_CAPTURE(symplectic, single, false, Precision::single)
     ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
     ->ArgNames({"vertices", "threads"})
-    ->UseRealTime();
-BENCHMARK_CAPTURE(symplectic, free, true)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, single_with_volume, false, Precision::single, true)
     ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
     ->ArgNames({"vertices", "threads"})
-    ->UseRealTime();
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, held, false, Precision::full)
+    ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, free, true, Precision::full)
+    ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK(implicit)
     ->ArgsProduct({{642, 10242}, {1, 2}})
     ->ArgNames({"vertices", "threads"})
@@ -162,7 +170,6 @@ BENCHMARK(build)
     ->Arg(1000000)
     ->ArgName("vertices")
     ->Unit(benchmark::kMillisecond);
-BENCHMARK(volume_every_step)->Arg(642)->Arg(10242)->Arg(163842)->Arg(1000000)->ArgName("vertices");
 BENCHMARK(refine_patch)
     ->Arg(2562)
     ->Arg(200000)

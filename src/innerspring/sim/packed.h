@@ -3,6 +3,7 @@
 #include <span>
 
 #include "innerspring/body/refine.h"
+#include "innerspring/sim/large_pages.h"
 #include "innerspring/sim/packed_kernel.h"
 #include "innerspring/sim/state.h"
 #include "innerspring/sim/team.h"
@@ -19,10 +20,10 @@ namespace innerspring {
 /// Per vertex with six neighbours: 2 x 32 B of rows, 12 B of v, 12 B of coefficients, 48 B of slots, 8 B of
 /// maps: 144 B, of which a step reads 104 B and writes 28 B. Flops: 6 x 40 + 40 with 6 roots and 7 divisions.
 struct Packed {
-    std::vector<PackedRow> rows[2];  ///< what was read last, and what is written next
-    std::vector<PackedVectors> v;
-    std::vector<PackedCoefficients> coefficients;
-    std::vector<PackedSlot> slots;
+    LargeArray<PackedRow> rows[2];  ///< what was read last, and what is written next
+    LargeArray<PackedVectors> v;
+    LargeArray<PackedCoefficients> coefficients;
+    LargeArray<PackedSlot> slots;
     std::vector<SlotRange> ranges;
     std::vector<Index> vertex_at;  ///< per place; no_index: a lane that stands still
     std::vector<Index> place_of;   ///< per vertex
