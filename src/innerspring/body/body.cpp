@@ -150,7 +150,7 @@ void add_surface_springs(Body& body) {
         std::copy_n(topology.edge_triangles[e].begin(), 2, body.edge_triangles[e].begin());
         set_surface_spring(body, e);
     }
-    body.spokes.reserve(2 * n);
+    body.spokes.reserve(2 * n), body.rows.reserve(body.vertices());
     for (std::size_t v = 0; v < body.vertices(); ++v) {
         const auto edges = topology.vertex_edges[v];
         if (edges.size() > most_spokes)
@@ -184,6 +184,7 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
 
     const double N = double(body.vertices()), M = body.material.mass, E = body.material.young;
     for (double K : d.K) body.stiffness_sum += E * K;
+    for (auto* list : {&body.m, &body.K, &body.c}) list->reserve(body.vertices());
     for (std::size_t i = 0; i < body.vertices(); ++i) {
         body.m.push_back(options.scheme == Scheme::A ? M / N : M * d.m[i]);
         body.K.push_back(options.scheme == Scheme::C ? E * d.K[i] : body.stiffness_sum / N);
@@ -196,6 +197,7 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
                             body.rest.name, i, body.m[i], body.K[i]));
     }
     body.L = std::move(d.L);
+    d = {};  // room for the topology
     add_surface_springs(body);
     for (std::size_t e = 0; e < body.k.size(); ++e)
         if (!std::isfinite(body.k[e]) || !(body.rest_length[e] > 0))

@@ -34,6 +34,7 @@ double virtual_tetrahedron(const Centre& centre, Positions q, std::span<const do
 
 Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre) {
     Distribution d;
+    d.L.reserve(mesh.positions.size()), d.V_t.reserve(mesh.triangles.size());
     for (const Vector& q : mesh.positions) d.L.push_back((q - centre).norm());
     for (const Triangle& t : mesh.triangles)
         d.V_t.push_back(virtual_tetrahedron({CentreKind::given, centre, ""}, mesh.positions, d.L, t));
@@ -49,6 +50,7 @@ Distribution distribute_locally(const SurfaceMesh& mesh) {
     for (const Triangle& t : mesh.triangles) sum += virtual_tetrahedron(centre, mesh.positions, d.L, t);
     const double V = volume(mesh);
     centre.scale = d.scale = V / sum;
+    d.V_t.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles)
         d.V_t.push_back(virtual_tetrahedron(centre, mesh.positions, d.L, t));
     apply_equations(mesh, V, d);

@@ -7,14 +7,25 @@ namespace innerspring {
 
 Quartiles quartiles(std::vector<double> values) {
     if (values.empty()) return {};
-    std::sort(values.begin(), values.end());
-    // Linear interpolation between the two nearest ranks.
+    // Linear interpolation between the two nearest ranks. What lies below a rank once found stays below it.
+    auto sorted = values.begin();
+    auto ranked = [&](std::size_t rank) {
+        const auto place = values.begin() + std::ptrdiff_t(rank);
+        if (place >= sorted) {
+            std::nth_element(sorted, place, values.end());
+            sorted = place + 1;
+        }
+        return *place;
+    };
     auto at = [&](double share) {
         const double rank = share * double(values.size() - 1);
         const std::size_t below = std::size_t(rank), above = std::min(below + 1, values.size() - 1);
-        return values[below] + (rank - double(below)) * (values[above] - values[below]);
+        const double low = ranked(below);
+        return low + (rank - double(below)) * (ranked(above) - low);
     };
-    return {values.front(), at(0.25), at(0.5), at(0.75), values.back()};
+    const auto [least, largest] = std::ranges::minmax(values);
+    const double lower = at(0.25), median = at(0.5), upper = at(0.75);
+    return {least, lower, median, upper, largest};
 }
 
 Groups dimensionless_groups(const Body& body, double gravity_m_s2, double force_n) {

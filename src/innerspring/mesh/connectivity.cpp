@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "innerspring/mesh/bvh.h"
 #include "innerspring/mesh/triangle_intersection.h"
@@ -38,38 +39,45 @@ bool along(const Triangle& t, const Edge& e) {
 
 /// Marks all but one of the triangles that share all vertices. Returns the sets of which as many face one way
 /// as the other.
-std::vector<std::vector<Index>> find_equal_triangles(Triangles triangles, std::vector<Flaw>& flaws) {
+std::vector<std::vector<Index>> find_equal_triangles(std::size_t vertices, Triangles triangles,
+                                                     std::vector<Flaw>& flaws) {
     std::vector<std::vector<Index>> cancelled;
+    // Bucket by the lowest vertex, where a handful of triangles meet, and sort within a bucket.
+    const auto lowest = [&](std::size_t t) {
+        return flaws[t] == Flaw::none ? *std::ranges::min_element(triangles[t]) : no_index;
+    };
+    const Rows buckets = rows_by_key(vertices, triangles.size(), lowest);
     struct Key {
-        Triangle vertices;
-        Index index;
+        Index middle, highest, index;
         bool even;
+        bool same_vertices(const Key& k) const { return middle == k.middle && highest == k.highest; }
     };
     std::vector<Key> keys;
-    keys.reserve(triangles.size());
-    for (Index t = 0; t < triangles.size(); ++t) {
-        if (flaws[t] != Flaw::none) continue;
-        const auto [vertices, even] = sorted(triangles[t]);
-        keys.push_back({vertices, t, even});
-    }
-    std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-        return a.vertices != b.vertices ? a.vertices < b.vertices : a.index < b.index;
-    });
-    for (auto first = keys.begin(); first != keys.end();) {
-        const auto last =
-            std::find_if(first, keys.end(), [&](const Key& k) { return k.vertices != first->vertices; });
-        const auto even = std::count_if(first, last, [](const Key&k) { return k.even; }),
-                   odd = last - first - even;
-        auto stays = first;
-        if (even != odd)
-            stays = std::find_if(first, last, [&](const Key& k) { return k.even == (even > odd); });
-        for (auto k = first; k != last; ++k)
-            if (k != stays) flaws[k->index] = Flaw::duplicate;
-        if (even == odd) {
-            cancelled.emplace_back();
-            for (auto k = first; k != last; ++k) cancelled.back().push_back(k->index);
+    for (std::size_t v = 0; v < vertices; ++v) {
+        keys.clear();
+        for (Index t : buckets[v]) {
+            const auto [corners, even] = sorted(triangles[t]);
+            keys.push_back({corners[1], corners[2], t, even});
         }
-        first = last;
+        std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
+            return std::tie(a.middle, a.highest, a.index) < std::tie(b.middle, b.highest, b.index);
+        });
+        for (auto first = keys.begin(); first != keys.end();) {
+            const auto last =
+                std::find_if(first, keys.end(), [&](const Key& k) { return !k.same_vertices(*first); });
+            const auto even = std::count_if(first, last, [](const Key&k) { return k.even; }),
+                       odd = last - first - even;
+            auto stays = first;
+            if (even != odd)
+                stays = std::find_if(first, last, [&](const Key& k) { return k.even == (even > odd); });
+            for (auto k = first; k != last; ++k)
+                if (k != stays) flaws[k->index] = Flaw::duplicate;
+            if (even == odd) {
+                cancelled.emplace_back();
+                for (auto k = first; k != last; ++k) cancelled.back().push_back(k->index);
+            }
+            first = last;
+        }
     }
     return cancelled;
 }
@@ -166,7 +174,7 @@ std::vector<Flaw> find_flaws(Positions x, Triangles triangles) {
     std::vector<Flaw> flaws(triangles.size(), Flaw::none);
     for (Index t = 0; t < triangles.size(); ++t)
         if (repeats_a_vertex(triangles[t])) flaws[t] = Flaw::degenerate;
-    const auto cancelled = find_equal_triangles(triangles, flaws);
+    const auto cancelled = find_equal_triangles(x.size(), triangles, flaws);
     if (!cancelled.empty()) find_folded_sheets(x.size(), triangles, cancelled, flaws);
 
     const auto flat = [&](Index t) { return flaws[t] == Flaw::none && has_no_area(x, triangles[t]); };
@@ -187,55 +195,77 @@ std::vector<Flaw> find_flaws(Positions x, Triangles triangles) {
 
 Pieces find_pieces(Positions x, Triangles triangles, const Topology& topology) {
     Pieces found;
-    found.piece_of.assign(triangles.size(), no_index);
-    found.against.assign(triangles.size(), 0);
-    std::vector<Index> members;
-    for (Index start = 0; start < triangles.size(); ++start) {
-        if (found.piece_of[start] != no_index) continue;
-        const Index number = Index(found.pieces.size());
-        Piece piece{.first = start};
-        members.assign(1, start);
-        found.piece_of[start] = number;
-        for (std::size_t n = 0; n < members.size(); ++n) {  // against: 1 if facing against `start`, for now
-            const Index t = members[n];
-            piece.against += found.against[t];
-            for (Index e : topology.triangle_edges[t]) {
-                if (e == no_index || topology.edge_triangles[e].size() != 2) {
-                    piece.closed = false;
-                    continue;
-                }
-                const auto pair = topology.edge_triangles[e];
-                const Index other = pair[0] == t ? pair[1] : pair[0];
-                const Edge& edge = topology.edges[e];
-                const bool agree = along(triangles[t], edge) != along(triangles[other], edge);
-                const std::uint8_t against = agree ? found.against[t] : !found.against[t];
-                if (found.piece_of[other] == no_index) {
-                    found.piece_of[other] = number;
-                    found.against[other] = against;
-                    members.push_back(other);
-                } else if (found.against[other] != against) {
-                    piece.one_sided = true;
-                }
-            }
+    // Sets of triangles, joined edge by edge, with the first as their root; `against`: 1 if a triangle faces
+    // against its parent.
+    std::vector<Index> parent(triangles.size()), rim;
+    std::iota(parent.begin(), parent.end(), Index(0));
+    std::vector<std::uint8_t>& against = found.against;
+    against.assign(triangles.size(), 0);
+    const auto root = [&](Index t) {
+        std::uint8_t turned = 0;
+        while (parent[t] != t) {
+            const Index up = parent[t];
+            against[t] ^= against[up];  // 0 at a root
+            parent[t] = parent[up];
+            turned ^= against[t];
+            t = parent[t];
         }
-        piece.triangles = Index(members.size());
-        if (piece.one_sided) {  // no way round is better than that of the file
-            piece.against = 0;
-            for (Index t : members) found.against[t] = 0;
+        return std::pair(t, turned);
+    };
+    std::vector<Index> one_sided;
+    for (Index e = 0; e < topology.edges.size(); ++e) {
+        const auto pair = topology.edge_triangles[e];
+        if (pair.size() != 2) {
+            rim.insert(rim.end(), pair.begin(), pair.end());
+            continue;
         }
-        const bool turn = 2 * std::size_t(piece.against) > members.size();
-        if (turn) piece.against = piece.triangles - piece.against;
-        const Vector o = x[triangles[start][0]];
-        double six_v = 0;
-        for (Index t : members) {
-            if (turn) found.against[t] = !found.against[t];
-            const auto& [i, j, k] = triangles[t];
-            const double v = (x[i] - o).dot((x[j] - o).cross(x[k] - o));
-            six_v += found.against[t] ? -v : v;
-        }
-        piece.volume = six_v / 6;
-        found.pieces.push_back(piece);
+        const Edge& edge = topology.edges[e];
+        const bool opposed = along(triangles[pair[0]], edge) == along(triangles[pair[1]], edge);
+        const auto [p, p_turned] = root(pair[0]);
+        const auto [q, q_turned] = root(pair[1]);
+        const std::uint8_t turned = p_turned ^ q_turned ^ std::uint8_t(opposed);
+        if (p != q)
+            parent[std::max(p, q)] = std::min(p, q), against[std::max(p, q)] = turned;
+        else if (turned)
+            one_sided.push_back(p);
     }
+    // In increasing order a triangle's parent is done before it.
+    found.piece_of.resize(triangles.size());
+    for (Index t = 0; t < triangles.size(); ++t) {
+        if (parent[t] == t) {
+            found.piece_of[t] = Index(found.pieces.size());
+            found.pieces.push_back({.first = t});
+        } else {
+            found.piece_of[t] = found.piece_of[parent[t]];
+            against[t] ^= against[parent[t]];
+        }
+        Piece& piece = found.pieces[found.piece_of[t]];
+        ++piece.triangles;
+        piece.against += against[t];
+        if (std::ranges::count(topology.triangle_edges[t], no_index) > 0) piece.closed = false;
+    }
+    for (Index t : rim) found.pieces[found.piece_of[t]].closed = false;
+    for (Index t : one_sided) found.pieces[found.piece_of[t]].one_sided = true;
+    // From "against the first" to "against the majority"; on a piece with one side no way round is better
+    // than that of the file.
+    std::vector<std::uint8_t> turn;
+    for (Piece& piece : found.pieces) {
+        turn.push_back(2 * std::size_t(piece.against) > piece.triangles);
+        if (piece.one_sided)
+            piece.against = 0, turn.back() = 0;
+        else if (turn.back())
+            piece.against = piece.triangles - piece.against;
+    }
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+        Piece& piece = found.pieces[found.piece_of[t]];
+        if (piece.one_sided) found.against[t] = 0;
+        if (turn[found.piece_of[t]]) found.against[t] = !found.against[t];
+        const Vector& o = x[triangles[piece.first][0]];
+        const auto& [i, j, k] = triangles[t];
+        const double six_v = (x[i] - o).dot((x[j] - o).cross(x[k] - o));
+        piece.volume += found.against[t] ? -six_v : six_v;
+    }
+    for (Piece& piece : found.pieces) piece.volume /= 6;
     if (std::ranges::count_if(found.pieces, &Piece::closed) > 1) find_nested(x, triangles, found);
     return found;
 }

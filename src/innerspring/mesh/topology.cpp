@@ -4,26 +4,6 @@
 
 namespace innerspring {
 
-namespace {
-
-/// Rows by counting: `count` items, item n belongs to row key(n) (skipped when no_index); items stay in
-/// increasing order.
-template <class Key>
-Rows rows_by_key(std::size_t rows, std::size_t count, Key key) {
-    Rows r;
-    r.start.assign(rows + 1, 0);
-    for (std::size_t n = 0; n < count; ++n)
-        if (key(n) != no_index) ++r.start[key(n) + 1];
-    for (std::size_t i = 0; i < rows; ++i) r.start[i + 1] += r.start[i];
-    r.values.resize(r.start[rows]);
-    std::vector<Index> cursor(r.start.begin(), r.start.end() - 1);
-    for (std::size_t n = 0; n < count; ++n)
-        if (key(n) != no_index) r.values[cursor[key(n)]++] = Index(n);
-    return r;
-}
-
-}  // namespace
-
 Topology build_topology(std::size_t vertices, Triangles triangles) {
     Topology topology;
     const std::size_t corners = 3 * triangles.size();

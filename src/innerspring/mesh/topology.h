@@ -21,6 +21,24 @@ struct Rows {
     std::size_t size() const { return start.empty() ? 0 : start.size() - 1; }
 };
 
+/// Rows by counting: `count` items, item n belongs to row key(n) (skipped when no_index); items stay in
+/// increasing order. Linear time.
+template <class Key>
+Rows rows_by_key(std::size_t rows, std::size_t count, Key key) {
+    Rows r;
+    // start[i + 2] counts row i; summed up, start[i + 1] is where row i begins, and filling moves it to its
+    // end.
+    r.start.assign(rows + 2, 0);
+    for (std::size_t n = 0; n < count; ++n)
+        if (const Index i = key(n); i != no_index) ++r.start[i + 2];
+    for (std::size_t i = 0; i < rows; ++i) r.start[i + 2] += r.start[i + 1];
+    r.values.resize(r.start[rows + 1]);
+    for (std::size_t n = 0; n < count; ++n)
+        if (const Index i = key(n); i != no_index) r.values[r.start[i + 1]++] = Index(n);
+    r.start.pop_back();
+    return r;
+}
+
 struct Topology {
     std::vector<Edge> edges;  ///< sorted by (a, b); degenerate edges (a == b) left out
     Rows edge_triangles;      ///< per edge, its triangles in increasing order

@@ -48,7 +48,7 @@ struct Kept {
     std::vector<Index> next;
     std::vector<Index> head;
 
-    explicit Kept(std::size_t vertices) : head(std::bit_ceil(vertices + 1), no_index) {}
+    explicit Kept(std::size_t expected) : head(std::bit_ceil(expected + 1), no_index) {}
 
     Index& bucket(const Cell& cell) { return head[hash(cell) & (head.size() - 1)]; }
 
@@ -91,7 +91,8 @@ Welded weld(const SurfaceMesh& mesh, const WeldOptions& options) {
     welded.mesh.name = mesh.name;
     welded.new_from_old.reserve(mesh.positions.size());
     const Grid grid(options.tolerance);
-    Kept kept(mesh.positions.size());
+    // A closed surface has half as many vertices as triangles, however often the file repeats them.
+    Kept kept(std::min(mesh.positions.size(), mesh.triangles.size()));
     for (const Vector& p : mesh.positions)
         welded.new_from_old.push_back(kept.find_or_keep(grid, p, options.tolerance));
     welded.merged = Index(mesh.positions.size() - kept.positions.size());
