@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -171,6 +172,45 @@ TEST(BoxTree, FindsWhatLookingAtAllFinds) {
         EXPECT_EQ(found, expected);
     }
     EXPECT_TRUE(for_each_overlap(build_box_tree({}), Box{}, [](Index) { return false; }));
+}
+
+TEST(BoxTree, IsFastWhereAllButOneLieInASpeck) {
+    // Boxes in a row that do not touch, in one cell of any grid over the whole.
+    std::vector<Box> boxes{{Vector::Constant(1e30), Vector::Constant(1e30)}};
+    for (int n = 0; n < 5000; ++n) {
+        const Vector p(double(n * 1237 % 5000), 0, 0);
+        boxes.push_back({p, p + Vector::Constant(0.5)});
+    }
+    const BoxTree tree = build_box_tree(boxes);
+    EXPECT_TRUE(for_each_self_overlap(tree, [](Index, Index) { return false; }));
+    // Leaves that are compact: side by side they are as long as the row.
+    double length = 0;
+    for (const BoxTree::Node& node : tree.nodes)
+        if (node.count > 0 && node.box.upper.x() < 1e6) length += node.box.upper.x() - node.box.lower.x();
+    EXPECT_LT(length, 5000);
+}
+
+TEST(BoxTree, TakesTheLargestNumbers) {
+    const double most = std::numeric_limits<double>::max();
+    std::vector<Box> boxes;
+    for (double x : {-most, -1.0, 0.0, 1e-300, 1.0, most})
+        boxes.push_back({Vector::Constant(x), Vector::Constant(x)});
+    const BoxTree tree = build_box_tree(boxes);
+    for (Index n = 0; n < boxes.size(); ++n) {
+        std::vector<Index> found;
+        for_each_overlap(tree, boxes[n], [&](Index i) {
+            found.push_back(i);
+            return true;
+        });
+        EXPECT_EQ(found, std::vector<Index>{n});
+    }
+}
+
+TEST(Topology, RowsByKeyKeepTheOrderAndLeaveOut) {
+    const std::vector<Index> keys{2, 0, no_index, 2, 2, 0};
+    const Rows rows = rows_by_key(4, keys.size(), [&](std::size_t n) { return keys[n]; });
+    EXPECT_EQ(rows.start, (std::vector<Index>{0, 2, 2, 5, 5}));
+    EXPECT_EQ(rows.values, (std::vector<Index>{1, 5, 0, 3, 4}));
 }
 
 TEST(BoxTree, StopsWhenTold) {

@@ -22,8 +22,8 @@ inline Box join(const Box& a, const Box& b) {
     return {a.lower.cwiseMin(b.lower), a.upper.cwiseMax(b.upper)};
 }
 
-/// A tree of boxes in flat arrays. Median splits keep it at most 33 levels deep, whatever the boxes, and the
-/// same on every machine.
+/// A tree of boxes in flat arrays, the same on every machine: halved in space down to 2^-21 of its width, by
+/// the number of boxes beyond that. So it is at most 63 + 33 levels deep, whatever the boxes.
 struct BoxTree {
     struct Node {
         Box box;
@@ -32,16 +32,19 @@ struct BoxTree {
     };
     std::vector<Node> nodes;   ///< root first; empty for no items
     std::vector<Index> items;  ///< per slot, the item's number in the array the tree was built from
-    std::vector<Box> boxes;    ///< per slot, the item's box
+    std::vector<Box> boxes;    ///< per slot, the item's box; none for points
 };
 
-/// O(n log n). The boxes must be finite.
+/// Linear time, but for boxes that lie closer together than 2^-21 of the whole. The boxes must be finite.
 BoxTree build_box_tree(std::span<const Box> boxes);
+
+/// The same over points, the boxes of leaves left out.
+BoxTree build_point_tree(std::span<const Vector> points, Index leaf_size);
 
 /// Calls fn(item) for every item whose box overlaps `box`, until fn returns false. False if it was stopped.
 template <class Function>
 bool for_each_overlap(const BoxTree& tree, const Box& box, Function&& fn) {
-    std::array<Index, 64> stack;
+    std::array<Index, 128> stack;
     std::size_t top = 0;
     if (!tree.nodes.empty()) stack[top++] = 0;
     while (top > 0) {

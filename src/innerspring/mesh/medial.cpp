@@ -2,45 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
-#include <nanoflann.hpp>
 #include <numbers>
+#include <span>
 
-#include "innerspring/mesh/bvh.h"
+#include "innerspring/mesh/beam.h"
+#include "innerspring/mesh/curve_order.h"
 #include "innerspring/mesh/geometry.h"
 
 namespace innerspring {
 
 namespace {
 
-/// Some of the points, as nanoflann wants them.
-struct Sample {
-    std::vector<Vector> points;
-
-    std::size_t kdtree_get_point_count() const { return points.size(); }
-    double kdtree_get_pt(std::size_t n, std::size_t axis) const { return points[n][Eigen::Index(axis)]; }
-    template <class Bounds>
-    bool kdtree_get_bbox(Bounds&) const {
-        return false;
-    }
-};
-
-using Tree =
-    nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Sample>, Sample, 3, Index>;
-
 /// One point per cell of a grid, the first.
 std::vector<Vector> one_per_cell(const std::vector<Vector>& points, const Vector& lower, double cell) {
-    std::vector<std::pair<std::uint64_t, Index>> keyed;
+    std::vector<CurvePlace> keyed;
+    keyed.reserve(points.size());
     for (Index i = 0; i < points.size(); ++i) {
         std::uint64_t key = 0;
         for (int axis = 0; axis < 3; ++axis)
             key = key << 21 | (std::uint64_t((points[i][axis] - lower[axis]) / cell) & 0x1fffff);
-        keyed.emplace_back(key, i);
+        keyed.push_back({key, i});
     }
-    std::sort(keyed.begin(), keyed.end());
+    sort_by_key(keyed, 63);
     std::vector<Vector> kept;
     for (std::size_t n = 0; n < keyed.size(); ++n)
-        if (n == 0 || keyed[n].first != keyed[n - 1].first) kept.push_back(points[keyed[n].second]);
+        if (n == 0 || keyed[n].key != keyed[n - 1].key) kept.push_back(points[keyed[n].index]);
     return kept;
 }
 
@@ -48,116 +34,211 @@ std::vector<Vector> one_per_cell(const std::vector<Vector>& points, const Vector
 /// them for each vertex would be quadratic: a ball need only be tried on points some tenth of its radius
 /// apart.
 struct Level {
-    Level(double cell_size, std::vector<Vector> points)
-        : cell(cell_size), sample{std::move(points)}, tree(3, sample) {}
-    Level(const Level&) = delete;
-    double cell;
-    Sample sample;
-    Tree tree;
+    double cell = 0;
+    BoxTree tree;
+    std::vector<Vector> points;  ///< per slot of the tree
 };
 
-using Levels = std::vector<std::unique_ptr<Level>>;
-
-Levels build_levels(const std::vector<Vector>& x, const Vector& lower, double size) {
-    Levels levels;
-    levels.push_back(std::make_unique<Level>(0, x));
+std::vector<Level> build_levels(const std::vector<Vector>& x, const Vector& lower, double size) {
+    std::vector<Level> levels;
+    std::vector<Vector> points = x;
     // The first cell is about twice the mean spacing of vertices over a surface of area size^2.
-    for (double cell = 2 * size / std::sqrt(double(x.size())); levels.back()->sample.points.size() > 1000;
-         cell *= std::numbers::sqrt2)
-        levels.push_back(
-            std::make_unique<Level>(cell, one_per_cell(levels.back()->sample.points, lower, cell)));
-    return levels;
+    for (double cell = 0, next = 2 * size / std::sqrt(double(x.size()));;
+         cell = next, next *= std::numbers::sqrt2) {
+        if (cell > 0) points = one_per_cell(points, lower, cell);
+        Level& level = levels.emplace_back();
+        level.cell = cell;
+        level.tree = build_point_tree(points, 8);
+        level.points.reserve(points.size());
+        for (Index i : level.tree.items) level.points.push_back(points[i]);
+        if (points.size() <= 1000) return levels;
+    }
 }
 
-std::size_t level_for(const Levels& levels, double radius) {
+std::size_t level_for(const std::vector<Level>& levels, double radius) {
     std::size_t level = 0;
-    while (level + 1 < levels.size() && levels[level + 1]->cell < 0.1 * radius) ++level;
+    while (level + 1 < levels.size() && levels[level + 1].cell < 0.1 * radius) ++level;
     return level;
 }
 
-/// Search result: of the points seen inside the ball that touches p, the one through which the smallest such
-/// ball passes.
-struct SmallestBall {
-    const std::vector<Vector>& points;
+/// The ball that touches p, where the outward normal is n, while it shrinks. The smaller ones lie within the
+/// larger ones, so one walk down the tree serves all: what a ball has left out stays out.
+struct Ball {
     Vector p, n;
     double
         least_sine;  // of the angle between the tangent plane at p and the direction to a point that counts
-    double square_distance;  // from the centre of the ball: only points nearer are still looked for
-    double radius;           // the least found
-    bool found = false;
+    double radius = 0;
+    Vector centre = Vector::Zero();
+    double square_reach = 0;  // only points nearer to the centre are still looked for
+    Vector touches = p;       // the last point that made it smaller
 
-    double worstDist() const { return square_distance; }
-    bool full() const { return found; }
-    std::size_t size() const { return found; }
-    bool addPoint(double square, Index point) {
-        if (square >= square_distance) return true;
-        const Vector v = points[point] - p;
+    Ball(const Vector& touched, const Vector& normal, double least, double largest)
+        : p(touched), n(normal), least_sine(least) {
+        set(largest);
+    }
+
+    void set(double r) {
+        constexpr double tolerance = 1e-4;  // of the radius
+        radius = r;
+        centre = p - r * n;
+        square_reach = r * r * (1 - tolerance) * (1 - tolerance);
+    }
+
+    /// Shrinks until x is outside.
+    void look_at(const Vector& x) {
+        if ((x - centre).squaredNorm() >= square_reach) return;
+        const Vector v = x - p;
         const double depth = -v.dot(n), distance = v.norm();
         // Seen from the centre of the ball that touches p and passes through p + v, the two are 2
         // asin(depth/|v|) apart, however large the ball was before: neighbours along the surface never count.
-        if (depth <= least_sine * distance) return true;
-        square_distance = square;
-        radius = std::min(radius, distance * distance / (2 * depth));
-        found = true;
-        return true;
+        if (depth <= least_sine * distance) return;
+        set(distance * distance / (2 * depth));
+        touches = x;
+    }
+
+    /// Square distance of the centre from a box; infinity if nothing in there can count.
+    double square_distance(const Box& box) const {
+        double outside = 0, from_p = 0, depth = 0;  // depth: the most in the box
+        for (int i = 0; i < 3; ++i) {
+            const double c = std::max({box.lower[i] - centre[i], centre[i] - box.upper[i], 0.0});
+            const double low = box.lower[i] - p[i], high = box.upper[i] - p[i];
+            const double d = std::max({low, -high, 0.0});
+            outside += c * c, from_p += d * d;
+            depth -= std::min(n[i] * low, n[i] * high);
+        }
+        if (depth <= 0 || depth * depth < 0.999999 * least_sine * least_sine * from_p) return INFINITY;
+        return outside;
     }
 };
 
-double shrink(const Levels& levels, const Vector& p, const Vector& n, double radius, double least_sine) {
-    constexpr double tolerance = 1e-4;  // of the radius
-    for (std::size_t level = level_for(levels, radius);; level = std::min(level, level_for(levels, radius))) {
-        const Vector centre = p - radius * n;
-        const double reach = radius * (1 - tolerance);
-        SmallestBall ball{levels[level]->sample.points, p, n, least_sine, reach * reach, radius};
-        levels[level]->tree.findNeighbors(ball, centre.data(), nanoflann::SearchParams());
-        if (ball.found)
-            radius = ball.radius;
-        else if (level_for(levels, radius) >= level)
-            return radius;
-    }
-}
-
-/// Distance along the ray from vertex `from` to the next triangle it is no corner of, at most `longest`.
-double ray_length(const SurfaceMesh& mesh, const BoxTree& tree, Index from, const Vector& direction,
-                  double longest) {
-    const Vector& o = mesh.positions[from];
-    // Never zero, so that a ray within a face of a box gives no 0 * infinity.
-    const Vector inverse =
-        direction.unaryExpr([](double d) { return 1 / (std::abs(d) < 1e-300 ? 1e-300 : d); });
-    double length = longest;
-    std::array<Index, 64> stack;
+void shrink(const Level& level, Ball& ball) {
+    std::array<Index, 128> stack;
     std::size_t top = 0;
     stack[top++] = 0;
     while (top > 0) {
-        const BoxTree::Node& node = tree.nodes[stack[--top]];
-        const Vector a = (node.box.lower - o).cwiseProduct(inverse),
-                     b = (node.box.upper - o).cwiseProduct(inverse);
-        const double enter = std::max(a.cwiseMin(b).maxCoeff(), 0.0),
-                     leave = std::min(a.cwiseMax(b).minCoeff(), length);
-        if (enter > leave) continue;
-        if (node.count == 0) {
-            stack[top++] = node.first + 1;
-            stack[top++] = node.first;
+        const BoxTree::Node& node = level.tree.nodes[stack[--top]];
+        // Again, as the ball may have shrunk since.
+        if (ball.square_distance(node.box) >= ball.square_reach) continue;
+        if (node.count > 0) {
+            for (Index slot = node.first; slot < node.first + node.count; ++slot)
+                ball.look_at(level.points[slot]);
+            continue;
         }
-        for (Index slot = node.first; slot < node.first + node.count; ++slot) {
-            const Triangle& t = mesh.triangles[tree.items[slot]];
-            if (t[0] == from || t[1] == from || t[2] == from) continue;
-            // Moeller & Trumbore: o + s d = x0 + u e + v f, edges included.
-            const Vector e = mesh.positions[t[1]] - mesh.positions[t[0]],
-                         f = mesh.positions[t[2]] - mesh.positions[t[0]];
-            const Vector d_f = direction.cross(f), r = o - mesh.positions[t[0]];
-            const double det = e.dot(d_f);
-            if (det == 0) continue;
-            const double u = r.dot(d_f) / det, v = direction.dot(r.cross(e)) / det,
-                         s = f.dot(r.cross(e)) / det;
-            if (u >= -1e-9 && v >= -1e-9 && u + v <= 1 + 1e-9 && s > 0) length = std::min(length, s);
+        const double left = ball.square_distance(level.tree.nodes[node.first].box),
+                     right = ball.square_distance(level.tree.nodes[node.first + 1].box);
+        const Index nearer = left <= right ? 0 : 1;
+        if (std::max(left, right) < ball.square_reach) stack[top++] = node.first + 1 - nearer;
+        if (std::min(left, right) < ball.square_reach) stack[top++] = node.first + nearer;
+    }
+}
+
+void shrink(const std::vector<Level>& levels, Ball& ball) {
+    for (std::size_t level = level_for(levels, ball.radius);;) {
+        shrink(levels[level], ball);
+        const std::size_t finer = level_for(levels, ball.radius);
+        if (finer >= level) return;
+        level = finer;
+    }
+}
+
+/// Points inside a ball, side by side so that several are looked at in one instruction.
+struct Candidates {
+    std::vector<double> x, y, z;
+
+    void find(const Level& level, const Vector& centre, double radius) {
+        x.clear(), y.clear(), z.clear();
+        std::array<Index, 128> stack;
+        std::size_t top = 0;
+        stack[top++] = 0;
+        while (top > 0) {
+            const BoxTree::Node& node = level.tree.nodes[stack[--top]];
+            const Vector outside =
+                (node.box.lower - centre).cwiseMax(centre - node.box.upper).cwiseMax(Vector::Zero());
+            if (outside.squaredNorm() >= radius * radius) continue;
+            if (node.count == 0) stack[top++] = node.first + 1, stack[top++] = node.first;
+            for (Index slot = node.first; slot < node.first + node.count; ++slot) {
+                const Vector& p = level.points[slot];
+                if ((p - centre).squaredNorm() >= radius * radius) continue;
+                x.push_back(p[0]), y.push_back(p[1]), z.push_back(p[2]);
+            }
+        }
+        while (x.size() % width != 0) x.push_back(INFINITY), y.push_back(0), z.push_back(0);
+    }
+
+    void shrink(Ball& ball) const {
+        for (std::size_t n = 0; n < x.size(); n += width) {
+            int inside = 0;
+            for (std::size_t k = n; k < n + width; ++k) {
+                const double dx = x[k] - ball.centre[0], dy = y[k] - ball.centre[1],
+                             dz = z[k] - ball.centre[2];
+                inside |= dx * dx + dy * dy + dz * dz < ball.square_reach;
+            }
+            if (!inside) continue;
+            for (std::size_t k = n; k < n + width; ++k)
+                if (x[k] < INFINITY) ball.look_at({x[k], y[k], z[k]});
         }
     }
-    return length;
+
+    static constexpr std::size_t width = 8;
+};
+
+/// Balls of neighbours: one of them is shrunk by itself, and the others start from the point where it came to
+/// rest. Then they are all but done, and the few points that may still lie in one of them are found for all
+/// together; if they are too different for that, for each half of them.
+void shrink_together(const std::vector<Level>& levels, std::span<Ball> balls, Candidates& candidates) {
+    shrink(levels, balls[0]);
+    Vector centre = Vector::Zero();
+    std::size_t level = levels.size();
+    for (Ball& ball : balls) {
+        ball.look_at(balls[0].touches);
+        centre += ball.centre / double(balls.size());
+        level = std::min(level, level_for(levels, ball.radius));
+    }
+    double radius = 0, least = INFINITY;
+    for (const Ball& ball : balls) {
+        radius = std::max(radius, (ball.centre - centre).norm() + ball.radius);
+        least = std::min(least, ball.radius);
+    }
+    if (radius > 1.3 * least) {
+        const std::size_t half = balls.size() / 2;
+        if (half == 0) return;
+        shrink_together(levels, balls.first(half), candidates);
+        shrink_together(levels, balls.subspan(half), candidates);
+        return;
+    }
+    if (balls.size() > 1) candidates.find(levels[level], centre, radius);
+    for (Ball& ball : balls) {
+        if (balls.size() > 1) candidates.shrink(ball);
+        if (level_for(levels, ball.radius) < level) shrink(levels, ball);
+    }
+}
+
+/// The slots of the largest nodes of no more than `most` items.
+std::vector<std::pair<Index, Index>> groups(const BoxTree& tree, Index most) {
+    std::vector<Index> size(tree.nodes.size());
+    for (std::size_t n = size.size(); n-- > 0;) {
+        const BoxTree::Node& node = tree.nodes[n];
+        size[n] = node.count > 0 ? node.count : size[node.first] + size[node.first + 1];
+    }
+    std::vector<std::pair<Index, Index>> found;
+    std::vector<Index> open{0};
+    Index slot = 0;
+    while (!open.empty()) {
+        const Index n = open.back();
+        open.pop_back();
+        if (size[n] > most && tree.nodes[n].count == 0) {
+            open.push_back(tree.nodes[n].first + 1), open.push_back(tree.nodes[n].first);
+        } else {
+            found.emplace_back(slot, slot + size[n]);
+            slot += size[n];
+        }
+    }
+    return found;
 }
 
 BoxTree triangle_tree(const SurfaceMesh& mesh) {
     std::vector<Box> boxes;
+    boxes.reserve(mesh.triangles.size());
     for (const Triangle& t : mesh.triangles) {
         const Vector &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];
         boxes.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
@@ -187,11 +268,18 @@ std::vector<Vector> sphere_exact_normals(const SurfaceMesh& mesh) {
     return normals;
 }
 
-double nearest_distance(const Levels& levels, const Vector& p) {
-    Index nearest[2];
-    double square[2] = {0, 0};
-    const std::size_t found = levels[0]->tree.knnSearch(p.data(), 2, nearest, square);
-    return found > 1 ? std::sqrt(square[1]) : 0;
+/// From point i to the nearest other one.
+double nearest_distance(const Level& level, const Vector& p) {
+    double least = INFINITY;
+    bool itself = false;
+    for (const Vector& x : level.points) {
+        const double square = (x - p).squaredNorm();
+        if (square == 0 && !itself)
+            itself = true;
+        else
+            least = std::min(least, square);
+    }
+    return std::isfinite(least) ? std::sqrt(least) : 0;
 }
 
 }  // namespace
@@ -202,7 +290,7 @@ std::vector<double> medial_radii(const SurfaceMesh& mesh, const MedialOptions& o
     const double largest = (upper - lower).norm();
     if (!(largest > 0)) return std::vector<double>(x.size(), 1.0);
     const std::vector<Vector> normals = sphere_exact_normals(mesh);
-    const Levels levels = build_levels(mesh.positions, lower, largest);
+    const std::vector<Level> levels = build_levels(mesh.positions, lower, largest);
     const BoxTree tree = triangle_tree(mesh);
     // Where triangles fold onto each other or touch, the ball may vanish: no mesh tells lengths so far below
     // its own spacing.
@@ -210,20 +298,45 @@ std::vector<double> medial_radii(const SurfaceMesh& mesh, const MedialOptions& o
     const std::vector<double> areas = vertex_areas(x, mesh.triangles);
     const double least_sine = std::sin(options.denoising_angle / 2);
     std::vector<double> radii(x.size());
-    for (std::size_t i = 0; i < x.size(); ++i) {
-        if (normals[i].squaredNorm() > 0) {
+    std::vector<Ball> balls;
+    std::vector<Index> vertices;
+    Candidates candidates;
+    Beam beam;
+    const double longest = 2 * largest / 1.2;
+    Index hit = no_index;
+    for (const auto& [first, last] : groups(levels[0].tree, 64)) {
+        balls.clear(), vertices.clear();
+        for (Index slot = first; slot < last; ++slot) {
+            const Index i = levels[0].tree.items[slot];
+            const Vector &p = x[i], d = -normals[i];
+            if (d.squaredNorm() > 0) {
+                beam.origins = vertices.empty() ? Box{p, p} : join(beam.origins, {p, p});
+                beam.directions = vertices.empty() ? Box{d, d} : join(beam.directions, {d, d});
+                vertices.push_back(i);
+            } else {
+                radii[i] = nearest_distance(levels[0], p);
+            }
+        }
+        if (vertices.empty()) continue;
+        beam.find(tree, longest);
+        for (Index i : vertices) {
             // The ball cannot be thicker than the solid is here. A little more to begin with, so that where
             // the vertices are dense enough to tell, they do; where they are not (thin and coarse), half the
             // thickness it is.
-            const double thickness = ray_length(mesh, tree, Index(i), -normals[i], 2 * largest / 1.2);
-            const double start = 0.6 * thickness, end = shrink(levels, x[i], normals[i], start, least_sine);
-            radii[i] = end < start ? end : thickness / 2;
-        } else {
-            radii[i] = nearest_distance(levels, x[i]);
+            Ray ray(mesh, i, -normals[i], longest);
+            if (hit != no_index) ray.look_at(hit);
+            for (Index node : beam.nodes) ray.look_at(tree, node);
+            hit = ray.hit;
+            radii[i] = ray.length / 2;
+            balls.emplace_back(x[i], normals[i], least_sine, 0.6 * ray.length);
         }
+        shrink_together(levels, balls, candidates);
+        for (std::size_t n = 0; n < balls.size(); ++n)
+            if (balls[n].radius < 0.6 * 2 * radii[vertices[n]]) radii[vertices[n]] = balls[n].radius;
+    }
+    for (std::size_t i = 0; i < x.size(); ++i)
         radii[i] =
             std::clamp(radii[i], std::max(least_over_spacing * std::sqrt(areas[i]), 1e-9 * largest), largest);
-    }
     return radii;
 }
 
