@@ -62,7 +62,16 @@ struct Ray {
 /// together, so that each need not come down from the root by itself.
 struct Beam {
     Box origins, directions;
+    bool any = false;
     std::vector<Index> nodes;
+
+    void clear() { any = false; }
+
+    void add(const Vector& origin, const Vector& direction) {
+        origins = any ? join(origins, {origin, origin}) : Box{origin, origin};
+        directions = any ? join(directions, {direction, direction}) : Box{direction, direction};
+        any = true;
+    }
 
     /// May a ray be in the box, as far as `longest`? At a distance t all are within origins + t directions.
     bool meets(const Box& box, double longest) const {
@@ -83,7 +92,7 @@ struct Beam {
     }
 
     void find(const BoxTree& tree, double longest) {
-        constexpr double small = 1;  // of the origins' box
+        constexpr double small = 4;  // of the origins' box
         nodes.clear();
         const double size = small * (origins.upper - origins.lower).maxCoeff();
         std::array<Index, 128> stack;

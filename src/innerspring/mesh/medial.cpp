@@ -141,12 +141,17 @@ void shrink(const std::vector<Level>& levels, Ball& ball) {
     }
 }
 
-/// Points inside a ball, side by side so that several are looked at in one instruction.
+/// Points inside a ball, side by side so that several are looked at in one instruction: in single precision
+/// about its centre and in units of its radius, which leaves out only what is surely outside.
 struct Candidates {
-    std::vector<double> x, y, z;
+    Vector centre = Vector::Zero();
+    double scale = 1;
+    std::vector<Vector> points;
+    std::vector<float> x, y, z;  ///< filled up to a multiple of `width` with points far away
 
-    void find(const Level& level, const Vector& centre, double radius) {
-        x.clear(), y.clear(), z.clear();
+    void find(const Level& level, const Vector& middle, double radius) {
+        centre = middle, scale = 1 / radius;
+        points.clear(), x.clear(), y.clear(), z.clear();
         std::array<Index, 128> stack;
         std::size_t top = 0;
         stack[top++] = 0;
@@ -157,9 +162,10 @@ struct Candidates {
             if (outside.squaredNorm() >= radius * radius) continue;
             if (node.count == 0) stack[top++] = node.first + 1, stack[top++] = node.first;
             for (Index slot = node.first; slot < node.first + node.count; ++slot) {
-                const Vector& p = level.points[slot];
-                if ((p - centre).squaredNorm() >= radius * radius) continue;
-                x.push_back(p[0]), y.push_back(p[1]), z.push_back(p[2]);
+                const Vector p = scale * (level.points[slot] - centre);
+                if (p.squaredNorm() >= 1) continue;
+                points.push_back(level.points[slot]);
+                x.push_back(float(p[0])), y.push_back(float(p[1])), z.push_back(float(p[2]));
             }
         }
         while (x.size() % width != 0) x.push_back(INFINITY), y.push_back(0), z.push_back(0);
@@ -167,19 +173,20 @@ struct Candidates {
 
     void shrink(Ball& ball) const {
         for (std::size_t n = 0; n < x.size(); n += width) {
+            const Vector c = scale * (ball.centre - centre);
+            const float cx = float(c[0]), cy = float(c[1]), cz = float(c[2]),
+                        reach = float(scale * scale * ball.square_reach * (1 + 1e-5));
             int inside = 0;
             for (std::size_t k = n; k < n + width; ++k) {
-                const double dx = x[k] - ball.centre[0], dy = y[k] - ball.centre[1],
-                             dz = z[k] - ball.centre[2];
-                inside |= dx * dx + dy * dy + dz * dz < ball.square_reach;
+                const float dx = x[k] - cx, dy = y[k] - cy, dz = z[k] - cz;
+                inside |= dx * dx + dy * dy + dz * dz < reach;
             }
             if (!inside) continue;
-            for (std::size_t k = n; k < n + width; ++k)
-                if (x[k] < INFINITY) ball.look_at({x[k], y[k], z[k]});
+            for (std::size_t k = n; k < std::min(n + width, points.size()); ++k) ball.look_at(points[k]);
         }
     }
 
-    static constexpr std::size_t width = 8;
+    static constexpr std::size_t width = 16;
 };
 
 /// Balls of neighbours: one of them is shrunk by itself, and the others start from the point where it came to
@@ -302,24 +309,26 @@ std::vector<double> medial_radii(const SurfaceMesh& mesh, const MedialOptions& o
     std::vector<Index> vertices;
     Candidates candidates;
     Beam beam;
+    constexpr std::size_t rays_in_beam = 16;
     const double longest = 2 * largest / 1.2;
     Index hit = no_index;
-    for (const auto& [first, last] : groups(levels[0].tree, 64)) {
+    for (const auto& [first, last] : groups(levels[0].tree, 256)) {
         balls.clear(), vertices.clear();
         for (Index slot = first; slot < last; ++slot) {
             const Index i = levels[0].tree.items[slot];
-            const Vector &p = x[i], d = -normals[i];
-            if (d.squaredNorm() > 0) {
-                beam.origins = vertices.empty() ? Box{p, p} : join(beam.origins, {p, p});
-                beam.directions = vertices.empty() ? Box{d, d} : join(beam.directions, {d, d});
+            if (normals[i].squaredNorm() > 0)
                 vertices.push_back(i);
-            } else {
-                radii[i] = nearest_distance(levels[0], p);
-            }
+            else
+                radii[i] = nearest_distance(levels[0], x[i]);
         }
-        if (vertices.empty()) continue;
-        beam.find(tree, longest);
-        for (Index i : vertices) {
+        for (std::size_t n = 0; n < vertices.size(); ++n) {
+            const Index i = vertices[n];
+            if (n % rays_in_beam == 0) {
+                beam.clear();
+                for (std::size_t k = n; k < std::min(n + rays_in_beam, vertices.size()); ++k)
+                    beam.add(x[vertices[k]], -normals[vertices[k]]);
+                beam.find(tree, longest);
+            }
             // The ball cannot be thicker than the solid is here. A little more to begin with, so that where
             // the vertices are dense enough to tell, they do; where they are not (thin and coarse), half the
             // thickness it is.
@@ -330,6 +339,7 @@ std::vector<double> medial_radii(const SurfaceMesh& mesh, const MedialOptions& o
             radii[i] = ray.length / 2;
             balls.emplace_back(x[i], normals[i], least_sine, 0.6 * ray.length);
         }
+        if (balls.empty()) continue;
         shrink_together(levels, balls, candidates);
         for (std::size_t n = 0; n < balls.size(); ++n)
             if (balls[n].radius < 0.6 * 2 * radii[vertices[n]]) radii[vertices[n]] = balls[n].radius;
