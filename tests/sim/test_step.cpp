@@ -169,6 +169,39 @@ TEST(Step, ImplicitHoldsWithHugeStepsAndStiffness) {
     EXPECT_LT(distance(state, still), 1e-3 * distance(still, rest_state(body)));
 }
 
+// Stable and solved at any stiffness and step, and never with more energy than the loads have put in.
+TEST(Step, ImplicitHoldsFromSoftToHardSurfaces) {
+    for (double surface : {1e2, 1e4, 1e6})
+        for (double dt : {1e-3, 1e-2, 1.0}) {
+            const Body body = make_body("icosphere:vertices=642", {.surface = surface});
+            Loads loads = gravity_only();
+            loads.forces = {patch_force(body, 8, 0.5, {0, 0, -0.1})};
+            Workspace workspace(body, with(Integrator::implicit, dt));
+            State state = rest_state(body);
+            for (int n = 0; n < 5; ++n) {
+                const StepReport report = step(body, loads, state, workspace);
+                ASSERT_TRUE(report.converged) << surface << " " << dt << " residual " << report.residual;
+                const Measures now = measure(body, loads, state);
+                ASSERT_LE(now.kinetic + now.elastic, 1.01 * -now.potential + 1e-12) << surface << " " << dt;
+            }
+        }
+}
+
+// The default tolerance leaves less error than the step itself makes.
+TEST(Step, ImplicitToleranceIsFinerThanTheStep) {
+    const Body body = make_body("icosphere:vertices=642", {.surface = 30});
+    const Loads loads = one_force(patch_force(body, 0, 0.4, {0, 0, -0.01}));
+    auto arrive = [&](Integrator integrator, double tolerance) {
+        StepOptions options = with(integrator, 1e-3);
+        if (tolerance > 0) options.tolerance = tolerance;
+        State state = rest_state(body);
+        run(body, loads, options, 60, state);
+        return state;
+    };
+    const State exact = arrive(Integrator::implicit, 1e-10), truth = arrive(Integrator::symplectic, 0);
+    EXPECT_LT(distance(arrive(Integrator::implicit, 0), exact), 0.2 * distance(exact, truth));
+}
+
 TEST(Step, PinsAndPrescribedMotionAreExact) {
     for (bool free : {false, true})
         for (Integrator integrator : integrators) {
@@ -234,14 +267,15 @@ TEST(Step, AllocatesNothingForAHeldBody) {
     const Body body = make_body("sphere:vertices=1200");
     Loads loads = busy_loads(body);
     loads.pins = {{{1, 2, 3}, {{0, Vector::Zero()}, {1, Vector(0, 0.1, 0)}}}};
-    for (int threads : {1, 2}) {
-        Workspace workspace(body, with(Integrator::symplectic, 0.01, threads));
-        State state = rest_state(body);
-        step(body, loads, state, workspace);
-        const long before = allocations();
-        for (int n = 0; n < 10; ++n) step(body, loads, state, workspace);
-        EXPECT_EQ(allocations(), before);
-    }
+    for (Integrator integrator : integrators)
+        for (int threads : {1, 2}) {
+            Workspace workspace(body, with(integrator, 0.01, threads));
+            State state = rest_state(body);
+            step(body, loads, state, workspace);
+            const long before = allocations();
+            for (int n = 0; n < 10; ++n) step(body, loads, state, workspace);
+            EXPECT_EQ(allocations(), before) << to_string(integrator);
+        }
     const long before = allocations();
     { const std::vector<double> v(10); }
     EXPECT_GT(allocations(), before) << "the counter counts";

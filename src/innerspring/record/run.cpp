@@ -218,7 +218,8 @@ Summary run(const Scene& scene, const RunOptions& options) {
     if (scene.equilibrium) {
         refine_before_step(0);
         const auto start = Clock::now();
-        const EquilibriumReport report = solve_equilibrium(body, loads, state, {scene.residual_n, 200});
+        const EquilibriumReport report = solve_equilibrium(
+            body, loads, state, {.tolerance_n = scene.residual_n, .threads = scene.step.threads});
         summary.seconds = seconds_since(start);
         state.steps = std::uint64_t(report.iterations);
         summary.equilibrium_reached = report.reached;

@@ -7,19 +7,21 @@ namespace innerspring {
 struct EquilibriumOptions {
     double tolerance_n = 0;  ///< largest residual force on a vertex [N]; 0: 1e-9 of the sum of the loads, but
                              ///< not below rounding
-    int max_iterations = 200;
+    int max_iterations = 500;
+    int threads = 1;  ///< any number gives the same bits; 0: all cores
 };
 
 struct EquilibriumReport {
     bool reached = false;
     double residual_n = 0;   ///< largest residual force on a vertex [N]
     double tolerance_n = 0;  ///< the tolerance used [N]
-    int iterations = 0;
+    int iterations = 0;      ///< of Newton's method
+    int products = 0;        ///< with the Hessian and the preconditioner, over all iterations
 };
 
 /// Moves `state` to where all forces balance under the loads as they are at state.time; velocities become
-/// zero. Newton with a line search on the potential energy; the fill-reducing order is found once. A free
-/// body needs a pin, otherwise nothing holds it: throws InputError.
+/// zero. Newton's method, matrix-free, in a trust region (see Newton): the energy never rises. A free body
+/// needs a pin, otherwise nothing holds it: throws InputError.
 EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state,
                                     const EquilibriumOptions& options = {});
 

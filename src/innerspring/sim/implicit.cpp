@@ -1,5 +1,7 @@
 #include "innerspring/sim/implicit.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -7,202 +9,319 @@ namespace innerspring {
 
 namespace {
 
-constexpr std::size_t remembered_pairs = 8;
+constexpr std::size_t remembered_pairs = 6;
 
-std::vector<Index> pinned_vertices(const Loads& loads) {
-    std::vector<Index> pinned;
-    for (const Pin& pin : loads.pins) pinned.insert(pinned.end(), pin.vertices.begin(), pin.vertices.end());
-    std::sort(pinned.begin(), pinned.end());
-    return pinned;
+/// How much of the springs' own stiffness along the normal counts (see Preconditioner).
+constexpr double normal_share = 4;
+
+/// Evaluations after which Newton's method takes over.
+constexpr int most_quick = 40;
+
+double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+    return sum;
 }
 
-double dot(const auto& a, const auto& b) {
-    return a.cwiseProduct(b).sum();
+void add(double factor, const std::vector<Vector>& from, std::vector<Vector>& to) {
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
 }
 
 }  // namespace
 
-ImplicitSolver::ImplicitSolver(const Body& body, double h) : body_(body), h_(h) {
-    const std::size_t n = body.vertices();
-    std::vector<Eigen::Triplet<double>> entries;
-    for (std::size_t i = 0; i < n; ++i) {
-        entries.emplace_back(int(i), int(i), body.m[i] / (h * h) + body.c[i] / h + body.K[i]);
-        for (const Spoke& spoke : body.spokes_of(i)) {
-            entries.emplace_back(int(i), int(i), spoke.k);
-            if (spoke.neighbour < i)
-                entries.emplace_back(int(i), int(spoke.neighbour), -spoke.k);  // lower triangle
-        }
-    }
-    A_.resize(int(n), int(n));
-    A_.setFromTriplets(entries.begin(), entries.end());
-    factor_.analyzePattern(A_);
+ImplicitSolver::ImplicitSolver(const Body& body, double h)
+    : body_(body), h_(h), net_(body), inverse_(body), pairs_(remembered_pairs) {
+    resize();
+    set_stiffness();
+}
+
+void ImplicitSolver::resize() {
+    const std::size_t n = body_.vertices();
+    for (Field* field :
+         {&target_, &start_, &z_, &velocity_, &direction_, &q_, &at_.x, &at_.g, &trial_.x, &trial_.g})
+        field->resize(n);
+    external_.assign(n, Vector::Zero());
+    for (Pair& pair : pairs_) pair.s.resize(n), pair.y.resize(n);
+}
+
+void ImplicitSolver::set_stiffness() {
+    d_.resize(body_.vertices());
+    for (std::size_t i = 0; i < d_.size(); ++i) d_[i] = body_.m[i] / (h_ * h_) + body_.c[i] / h_ + body_.K[i];
 }
 
 void ImplicitSolver::factorize(const Loads& loads) {
-    std::vector<Index> pinned = pinned_vertices(loads);
-    if (factorized_ && pinned == pinned_) return;
-    pinned_ = std::move(pinned);
+    pinned_now_.clear();
+    for (const Pin& pin : loads.pins)
+        pinned_now_.insert(pinned_now_.end(), pin.vertices.begin(), pin.vertices.end());
+    std::sort(pinned_now_.begin(), pinned_now_.end());
+    if (factorized_ && pinned_now_ == pinned_) return;
+    pinned_ = pinned_now_;
     is_pinned_.assign(body_.vertices(), false);
     for (Index i : pinned_) is_pinned_[i] = true;
-    // A pinned vertex keeps its place in the pattern but is cut off: its row and column are the identity's.
-    Eigen::SparseMatrix<double> A = A_;
-    for (int column = 0; column < A.outerSize(); ++column)
-        for (Eigen::SparseMatrix<double>::InnerIterator it(A, column); it; ++it)
-            if (is_pinned_[std::size_t(it.row())] || is_pinned_[std::size_t(it.col())])
-                it.valueRef() = it.row() == it.col() ? 1.0 : 0.0;
-    factor_.factorize(A);
+    inverse_.factorize(body_, d_, is_pinned_);
+    inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
     factorized_ = true;
 }
 
-double ImplicitSolver::evaluate(const Field& x, Field& gradient, Team& team) const {
-    const std::size_t n = body_.vertices();
-    const auto* positions = reinterpret_cast<const Vector*>(x.data());  // rows of three doubles are Vectors
-    const HomeFrame frame = home_frame(body_, {positions, n}, team);
-    const Field velocity = (x - start_) / h_;
-    const auto* velocities = reinterpret_cast<const Vector*>(velocity.data());
-    const auto* start = reinterpret_cast<const Vector*>(start_.data());
-    const RigidMotion home = body_.free && body_.material.damping > 0
-                                 ? rigid_fit(body_, 0, start, velocities, team)
-                                 : RigidMotion{};
-    std::vector<double> energy(block_count(n), 0.0);
-    team.run(energy.size(), [&](std::size_t block) {
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            const Vector x_i = positions[i];
-            const Vector to_target = x_i - target_.row(int(i)).transpose();
-            const Vector slip = velocities[i] - home.linear - home.angular.cross(start[i] - home.centre);
-            const Vector to_home = x_i - (frame.R * body_.rest.positions[i] + frame.t);
-            const double mass = body_.m[i] / (h_ * h_);
-            double springs = 0;
-            for (const Spoke& spoke : body_.spokes_of(i)) {
-                const double stretch = (positions[spoke.neighbour] - x_i).norm() - spoke.rest;
-                springs += spoke.k * stretch * stretch;
-            }
-            // An edge is seen from both ends: half of its energy at each.
-            energy[block] += (mass * to_target.squaredNorm() + h_ * body_.c[i] * slip.squaredNorm() +
-                              body_.K[i] * to_home.squaredNorm() + springs / 2) /
-                             2;
-            const Vector g = is_pinned_[i]
-                                 ? Vector(Vector::Zero())
-                                 : Vector(mass * to_target + body_.c[i] * slip + body_.K[i] * to_home -
-                                          surface_force(body_, positions, i));
-            gradient.row(int(i)) = g.transpose();
-        }
-    });
-    double sum = 0;
-    for (double e : energy) sum += e;
-    return sum;
+void ImplicitSolver::adapt(const SurfaceChange& surface, const BodyChange& change) {
+    resize();
+    set_stiffness();
+    // Pins may have come and gone with the vertices: then all is factorised anew in the next step.
+    if (!factorized_ || !pinned_.empty()) {
+        inverse_.adapt_order(body_, surface, change);
+        factorized_ = false;
+        return;
+    }
+    is_pinned_.assign(body_.vertices(), false);
+    inverse_.adapt(body_, d_, is_pinned_, surface, change);
+    inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
 }
 
-ImplicitSolver::Field ImplicitSolver::descend(const Field& gradient) const {
-    // Two-loop recursion (Nocedal 1980) around A^-1.
-    Field q = gradient;
-    std::vector<double> alpha(pairs_.size());
-    for (std::size_t n = pairs_.size(); n-- > 0;) {
-        alpha[n] = pairs_[n].inverse * dot(pairs_[n].s, q);
-        q -= alpha[n] * pairs_[n].y;
+double ImplicitSolver::evaluate(const Field& x, Field& g) {
+    Team& team = *team_;
+    const std::size_t n = body_.vertices();
+    double constant = 0;
+    if (body_.free) {
+        // Three springs to one: m/h^2 to y, c/h to where v_home would take x^n, K to home.
+        const HomeFrame frame = home_frame(body_, x, team);
+        RigidMotion home;
+        if (body_.material.damping > 0) {
+            for (std::size_t i = 0; i < n; ++i) velocity_[i] = (x[i] - start_[i]) / h_;
+            home = rigid_fit(body_, 0, start_.data(), velocity_.data(), team);
+        }
+        for (std::size_t i = 0; i < n; ++i) {
+            const Vector carried =
+                             start_[i] + h_ * (home.linear + home.angular.cross(start_[i] - home.centre)),
+                         h = frame.R * body_.rest.positions[i] + frame.t;
+            const double m = body_.m[i] / (h_ * h_), c = body_.c[i] / h_, K = body_.K[i];
+            z_[i] = (m * target_[i] + c * carried + K * h) / d_[i];
+            constant += is_pinned_[i]
+                            ? c * (x[i] - carried).squaredNorm() + K * (x[i] - h).squaredNorm()
+                            : m * (target_[i] - z_[i]).squaredNorm() + c * (carried - z_[i]).squaredNorm() +
+                                  K * (h - z_[i]).squaredNorm();
+        }
     }
-    Field r(q.rows(), 3);
-    for (int axis = 0; axis < 3; ++axis) r.col(axis) = factor_.solve(Eigen::VectorXd(q.col(axis)));
-    for (std::size_t n = 0; n < pairs_.size(); ++n)
-        r += (alpha[n] - pairs_[n].inverse * dot(pairs_[n].y, r)) * pairs_[n].s;
-    return -r;
+    const Net::Value value = net_.evaluate(x, d_, z_, is_pinned_, g, team);
+    gradient2_ = value.gradient2;
+    return value.total() + constant / 2;
+}
+
+void ImplicitSolver::evaluate(Point& at) {
+    at.value = evaluate(at.x, at.g);
+    at.residual = std::sqrt(gradient2_);
+}
+
+double ImplicitSolver::residual(const Field& g) const {
+    double sum = 0;
+    for (const Vector& v : g) sum += v.squaredNorm();
+    return std::sqrt(sum);
+}
+
+void ImplicitSolver::linearise(const Field& x) {
+    net_.linearise(x, *team_);
+    if (body_.free) motion_.emplace(body_, home_frame(body_, x, *team_), x);
+    inverse_.set_normal_stiffness(body_, d_, x, 1);
+}
+
+double ImplicitSolver::multiply(const Field& p, Field& q) {
+    const double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
+    return motion_ ? pq + motion_->add_to(p, is_pinned_, q) : pq;
+}
+
+double ImplicitSolver::precondition(const Field& r, Field& z) {
+    return inverse_.apply(r, z);
+}
+
+/// direction_ = -(L-BFGS matrix)^-1 gradient (two-loop recursion, Nocedal 1980); returns its slope.
+double ImplicitSolver::direction(const Field& gradient) {
+    double alpha[remembered_pairs];
+    const Field* q = &gradient;
+    auto pair = [&](std::size_t age) -> const Pair& {  // 0: the newest
+        return pairs_[(next_ + remembered_pairs - 1 - age) % remembered_pairs];
+    };
+    if (kept_ > 0) q_ = gradient, q = &q_;
+    for (std::size_t age = 0; age < kept_; ++age) {
+        alpha[age] = pair(age).inverse * dot(pair(age).s, q_);
+        add(-alpha[age], pair(age).y, q_);
+    }
+    inverse_.apply(*q, direction_);
+    for (std::size_t age = kept_; age-- > 0;)
+        add(alpha[age] - pair(age).inverse * dot(pair(age).y, direction_), pair(age).s, direction_);
+    for (Vector& v : direction_) v = -v;
+    return dot(direction_, gradient);
+}
+
+/// L-BFGS from at_ until the residual is at the goal; false if it does not get on.
+bool ImplicitSolver::descend(double goal, double rounding, int most, StepReport& report) {
+    kept_ = next_ = 0;
+    const std::size_t n = body_.vertices();
+    while (at_.residual > goal) {
+        if (report.iterations >= most) return false;
+        double slope = direction(at_.g);
+        if (!(slope < 0)) return false;
+        double length = 1;
+        bool found = false;
+        for (int cut = 0; cut < 6 && !found; ++cut) {
+            for (std::size_t i = 0; i < n; ++i) trial_.x[i] = at_.x[i] + length * direction_[i];
+            evaluate(trial_);
+            ++report.iterations;
+            // Near the minimum the value no longer resolves a gain that the gradient still shows.
+            const double change = trial_.value - at_.value,
+                         noise = 1e-13 * std::abs(at_.value) - rounding * length * slope / goal;
+            found = change <= 1e-4 * length * slope ||
+                    (std::abs(change) <= noise && trial_.residual < at_.residual);
+            if (!found) length *= 0.4;
+        }
+        if (!found) return false;
+        Pair& pair = pairs_[next_];
+        double sy = 0, ss = 0, yy = 0;
+        for (std::size_t i = 0; i < n; ++i) {
+            pair.s[i] = trial_.x[i] - at_.x[i], pair.y[i] = trial_.g[i] - at_.g[i];
+            sy += pair.s[i].dot(pair.y[i]), ss += pair.s[i].squaredNorm(), yy += pair.y[i].squaredNorm();
+        }
+        if (sy > 1e-12 * std::sqrt(ss * yy)) {
+            pair.inverse = 1 / sy;
+            next_ = (next_ + 1) % remembered_pairs;
+            kept_ = std::min(kept_ + 1, remembered_pairs);
+        }
+        std::swap(at_, trial_);
+    }
+    return true;
+}
+
+/// Moves a held body as a whole to where its forces balance, which the preconditioner is not exact for:
+/// the net's forces stay, and the gradient is known without another look at them.
+void ImplicitSolver::settle_translation() {
+    Vector g = Vector::Zero();
+    double d = 0;
+    for (std::size_t i = 0; i < d_.size(); ++i) g += at_.g[i], d += d_[i];
+    const Vector by = -g / d;
+    double gradient2 = 0;
+    for (std::size_t i = 0; i < d_.size(); ++i) {
+        at_.x[i] += by;
+        at_.g[i] += d_[i] * by;
+        gradient2 += at_.g[i].squaredNorm();
+    }
+    at_.value += g.dot(by) / 2;
+    at_.residual = std::sqrt(gradient2);
+}
+
+/// The springs and the damping of a free body exert neither force nor torque. What is left of the residual
+/// does: a rigid motion takes out its force and its torque (to second order), which changes no spring.
+void ImplicitSolver::correct_rigidly() {
+    double mass = 0;
+    Vector centre = Vector::Zero(), force = Vector::Zero();
+    for (std::size_t i = 0; i < d_.size(); ++i) {
+        mass += body_.m[i];
+        centre += body_.m[i] * at_.x[i];
+        force += body_.m[i] * (target_[i] - at_.x[i]);
+    }
+    centre /= mass;
+    const Vector by = force / mass;
+    Vector torque = Vector::Zero();
+    Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+    for (std::size_t i = 0; i < d_.size(); ++i) {
+        const Vector r = at_.x[i] - centre;
+        torque += body_.m[i] * r.cross(target_[i] - at_.x[i] - by);
+        inertia += body_.m[i] * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
+    }
+    const Vector turn = inertia.ldlt().solve(torque);
+    const double angle = turn.norm();
+    if (!(angle < 0.1)) return;
+    const Eigen::Matrix3d R =
+        angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Eigen::Matrix3d::Identity();
+    for (Vector& x : at_.x) x = centre + by + R * (x - centre);
 }
 
 StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, State& state, Team& team) {
+    team_ = &team;
     factorize(loads);
     const std::size_t n = body_.vertices();
-    const int rows = int(n);
     const double time = state.time + h_;
-    std::vector<Vector> external(n, Vector::Zero());
-    add_loads(loads, time, external);
+    add_loads(loads, time, external_);
 
-    start_ = Eigen::Map<const Field>(state.x[0].data(), rows, 3);
-    target_.resize(rows, 3);
-    for (std::size_t i = 0; i < n; ++i)
-        target_.row(int(i)) =
-            (state.x[i] + h_ * state.v[i] + h_ * h_ * (loads.gravity + external[i] / body_.m[i])).transpose();
-
-    // From the better of "stay" and "fly on": Phi then only falls, so the energy never exceeds what the loads
-    // and inertia bring.
-    Field x = start_, gradient(rows, 3), other = target_, other_gradient(rows, 3);
-    for (const Pin& pin : loads.pins) {
-        const Vector offset = offset_at(pin, time);
-        for (Index i : pin.vertices)
-            x.row(int(i)) = other.row(int(i)) = (body_.rest.positions[i] + offset).transpose();
+    start_ = state.x;
+    double load2 = 0, momentum2 = 0, resting = 0, rounding2 = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double m = body_.m[i] / (h_ * h_);
+        const Vector push = h_ * h_ * (loads.gravity + external_[i] / body_.m[i]);
+        const Vector flown = state.x[i] + h_ * state.v[i];
+        target_[i] = flown + push;
+        z_[i] =
+            (m * target_[i] + body_.c[i] / h_ * state.x[i] + body_.K[i] * body_.rest.positions[i]) / d_[i];
+        // A free body falls; a held one is near its balance, its springs take up the loads as they come.
+        at_.x[i] = body_.free ? Vector(flown + h_ * h_ * loads.gravity) : flown;
+        if (is_pinned_[i]) continue;
+        load2 += (m * push).squaredNorm();
+        momentum2 += (body_.m[i] / h_ * state.v[i]).squaredNorm();
+        rounding2 += d_[i] * d_[i] * at_.x[i].squaredNorm();
+        resting += body_.free ? m * (state.x[i] - target_[i]).squaredNorm()
+                              : d_[i] * (state.x[i] - z_[i]).squaredNorm();
     }
-    double value = evaluate(x, gradient, team);
-    // The forces of the step: what inertia and loads bring, and what is out of balance if nothing moves but
-    // the pins.
-    double scale2 = 0;
-    for (std::size_t i = 0; i < n; ++i)
-        scale2 += ((target_.row(int(i)) - start_.row(int(i))) * (body_.m[i] / (h_ * h_))).squaredNorm();
-    scale2 = std::max(scale2, gradient.squaredNorm());
-    const double other_value = evaluate(other, other_gradient, team);
-    if (!std::isfinite(value) || !std::isfinite(scale2)) {  // loads beyond the numbers
-        StepReport refused;
-        refused.converged = false;
-        for (refused.not_finite = 0; refused.not_finite + 1 < n; ++refused.not_finite)
-            if (!(target_.row(int(refused.not_finite)).squaredNorm() < 1e200)) break;
-        return refused;
-    }
-    if (other_value < value) x = other, gradient = other_gradient, value = other_value;
+    // Zero again, so that nothing is left of these loads when others come.
+    for (const Force& f : loads.forces)
+        for (Index i : f.vertices) external_[i].setZero();
+    auto move_pins = [&](Field& x) {
+        for (const Pin& pin : loads.pins) {
+            const Vector offset = offset_at(pin, time);
+            for (Index i : pin.vertices) x[i] = body_.rest.positions[i] + offset;
+        }
+    };
+    move_pins(at_.x);
+    if (body_.free) inverse_.turn(body_, home_frame(body_, at_.x, team).R);
 
     StepReport report;
-    pairs_.clear();
-    // What rounding of the positions does to the value.
-    const double noise = 1e-15 * std::sqrt(scale2) * x.norm();
-    const double goal = options.tolerance * std::sqrt(scale2);
-    report.residual = gradient.norm();
-    while (report.residual > goal && report.iterations < options.max_iterations) {
-        Field direction = descend(gradient);
-        double slope = dot(direction, gradient);
-        if (!(slope < 0)) {  // rounding spoiled the pairs: the plain matrix always descends
-            pairs_.clear();
-            direction = descend(gradient);
-            slope = dot(direction, gradient);
-        }
-        if (!(slope < 0)) break;
-        double length = 1;
-        bool found = false;
-        for (int trial = 0; trial < 30 && !found; ++trial, length /= 2) {
-            other = x + length * direction;
-            const double v = evaluate(other, other_gradient, team);
-            ++report.iterations;
-            // Near the minimum the value no longer resolves a gain that the gradient still shows.
-            const bool gain = v <= value + 1e-4 * length * slope;
-            const bool flat = std::abs(v - value) <= noise && other_gradient.norm() < report.residual;
-            if (gain || flat) {
-                found = true;
-                value = v;
-            }
-        }
-        if (!found) break;
-        Pair pair{other - x, other_gradient - gradient, 0};
-        const double sy = dot(pair.s, pair.y);
-        if (sy > 1e-12 * pair.s.norm() * pair.y.norm()) {
-            pair.inverse = 1 / sy;
-            if (pairs_.size() == remembered_pairs) pairs_.erase(pairs_.begin());
-            pairs_.push_back(std::move(pair));
-        }
-        x.swap(other);
-        gradient.swap(other_gradient);
-        report.residual = gradient.norm();
+    evaluate(at_);
+    report.iterations = 1;
+    // The forces of the step: the loads, and what is out of balance if each vertex keeps its velocity, or
+    // would stop it in one step if that is less.
+    const double unbalanced = momentum2 > 0 ? std::min(at_.residual, std::sqrt(momentum2)) : at_.residual,
+                 scale = std::max(std::sqrt(load2), unbalanced);
+    if (!std::isfinite(at_.value) || !std::isfinite(scale)) {  // loads beyond the numbers
+        report.converged = false;
+        for (report.not_finite = 0; report.not_finite + 1 < n; ++report.not_finite)
+            if (!(target_[report.not_finite].squaredNorm() < 1e200)) break;
+        return report;
     }
-    // Below the rounding of the terms that were summed there is nothing left to gain.
-    const double rounding = 4e-15 * (A_.diagonal().asDiagonal() * x).norm();
-    report.converged = report.residual <= std::max(goal, rounding);
+    if (!body_.free && pinned_.empty()) settle_translation();
+    // Below the rounding of the terms that are summed there is nothing left to gain.
+    const double rounding = 4e-15 * std::sqrt(rounding2),
+                 goal = std::max(options.tolerance * scale, rounding);
+    report.converged = descend(goal, rounding, std::min(options.max_iterations, most_quick), report);
+    // Phi at x^n is at least resting / 2. Never end above it, so that the energy never exceeds what the loads
+    // and inertia bring.
+    if (!report.converged || at_.value > resting / 2) {
+        trial_.x = start_;
+        move_pins(trial_.x);
+        evaluate(trial_);
+        ++report.iterations;
+        if (trial_.value < at_.value - 1e-12 * std::abs(at_.value)) {
+            std::swap(at_, trial_);
+            report.converged = at_.residual <= goal;
+        }
+        if (!report.converged) {
+            const Newton::Report rest =
+                newton_.run(*this, at_.x, at_.g, at_.value,
+                            {goal, scale, options.max_iterations,
+                             std::max(1, options.max_iterations - report.iterations)});
+            report.converged = rest.reached;
+            report.iterations += rest.products + rest.evaluations;
+            at_.residual = rest.residual;
+            inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
+        }
+    }
+    report.residual = at_.residual;
+    if (body_.free && pinned_.empty()) correct_rigidly();
 
     for (std::size_t i = 0; i < n; ++i) {
-        const Vector moved = x.row(int(i)).transpose();
-        if (!(moved.squaredNorm() < 1e200)) {
+        if (!(at_.x[i].squaredNorm() < 1e200)) {
             report.not_finite = Index(i);
             return report;
         }
     }
     for (std::size_t i = 0; i < n; ++i) {
-        const Vector moved = x.row(int(i)).transpose();
-        state.v[i] = (moved - state.x[i]) / h_;
-        state.x[i] = moved;
+        state.v[i] = (at_.x[i] - start_[i]) / h_;
+        state.x[i] = at_.x[i];
     }
     return report;
 }

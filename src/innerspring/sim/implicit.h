@@ -1,7 +1,11 @@
 #pragma once
-#include <Eigen/SparseCholesky>
+#include <optional>
 
+#include "innerspring/sim/frame_motion.h"
 #include "innerspring/sim/kernel.h"
+#include "innerspring/sim/net.h"
+#include "innerspring/sim/newton.h"
+#include "innerspring/sim/preconditioner.h"
 #include "innerspring/sim/step.h"
 
 namespace innerspring {
@@ -11,35 +15,61 @@ namespace innerspring {
 ///     y_i = x_i^n + h v_i^n + h^2 (g + f_i / m_i),  v_i = (x_i - x_i^n) / h,  U the inner and surface
 ///     energies.
 /// v_home is zero for a held body, else the rigid motion nearest to v, so that damping changes no momentum.
-/// Being the nearest, it moves with x without changing the gradient. The constant matrix A = M/h^2 + C/h +
-/// diag(K) + L, L the Laplacian of the k_e, is never below Phi's Hessian (see stability.h), so x - A^-1 grad
-/// Phi always descends: stable at any h and stiffness. A is factorised once, the same for x, y and z; L-BFGS
-/// with A as its first matrix brings quick convergence (as Liu, Bouaziz & Kavan 2017 do for projective
-/// dynamics).
-class ImplicitSolver {
+/// Being the nearest, it moves with x without changing the gradient. All but the net is one spring per vertex
+/// of stiffness d = m/h^2 + c/h + K. The constant matrix A = diag(d) + L, L the Laplacian of the k_e, is
+/// factorised once; split into tangent plane and normal (see Preconditioner) it is the first matrix of
+/// L-BFGS (as Liu, Bouaziz & Kavan 2017 do with A for projective dynamics), from where each vertex flies on.
+/// Where that stalls, Newton's method goes on from there, or from standing still if Phi is lower there: the
+/// step never ends with more than standing still has, and is stable at any h and stiffness.
+class ImplicitSolver : private Minimand {
   public:
     ImplicitSolver(const Body& body, double h);
     StepReport step(const Loads& loads, const StepOptions& options, State& state, Team& team);
 
+    /// Goes on with the body after a refinement or its undoing.
+    void adapt(const SurfaceChange& surface, const BodyChange& change);
+
   private:
-    using Field = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;  ///< one row per vertex
     struct Pair {
         Field s, y;      ///< change of position and of gradient
         double inverse;  ///< 1 / (s . y)
     };
+    struct Point {
+        Field x, g;
+        double value = 0, residual = 0;  ///< Phi [J], |g| [N]
+    };
+    void resize();
+    void set_stiffness();
     void factorize(const Loads& loads);
-    double evaluate(const Field& x, Field& gradient, Team& team) const;
-    Field descend(const Field& gradient) const;  ///< -(L-BFGS matrix)^-1 gradient
+    bool descend(double goal, double rounding, int most, StepReport& report);
+    double direction(const Field& gradient);
+    void evaluate(Point& at);
+    void correct_rigidly();
+    void settle_translation();
+
+    double evaluate(const Field& x, Field& g) override;
+    double residual(const Field& g) const override;
+    void linearise(const Field& x) override;
+    double multiply(const Field& p, Field& q) override;
+    double precondition(const Field& r, Field& z) override;
 
     const Body& body_;
     double h_;
-    std::vector<Index> pinned_;  ///< sorted; the factor is for these
+    std::vector<Index> pinned_, pinned_now_;  ///< sorted; the factor is for the first
     bool factorized_ = false;
-    Eigen::SparseMatrix<double> A_;
-    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor_;
     std::vector<bool> is_pinned_;
-    Field target_, start_;  ///< y and x^n of the step at hand
+    std::vector<double> d_;  ///< m/h^2 + c/h + K [N/m]
+    Net net_;
+    Preconditioner inverse_;
+    Field target_, start_, external_, z_;  ///< y, x^n, loads [N] and the places of the step at hand
+    Field velocity_, direction_, q_;
+    Newton newton_;
+    std::optional<FrameMotion> motion_;  ///< of a free body
+    Team* team_ = nullptr;
+    double gradient2_ = 0;  ///< of the last evaluate() [N^2]
+    Point at_, trial_;
     std::vector<Pair> pairs_;
+    std::size_t kept_ = 0, next_ = 0;  ///< pairs in use, and where the next goes
 };
 
 }  // namespace innerspring

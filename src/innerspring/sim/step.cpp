@@ -56,11 +56,11 @@ struct Workspace::Data {
 
 namespace {
 
-/// An implicit step costs about as much as this many sub-steps (bench/, bench_step): beyond it `auto` goes
-/// implicit. The finer the surface, the more iterations it takes: 100 to 450 were measured at 642 vertices,
-/// 600 to 4000 at 10242.
-double implicit_pays_from(std::size_t vertices) {
-    return 12 * std::sqrt(double(vertices));
+/// Beyond so many sub-steps `auto` goes implicit (bench_solve, millisecond): at 10 242 vertices each
+/// evaluation of an implicit step, with its solve, costs as much as about 11 sub-steps, and a step takes
+/// about 3 + 2 log10(1e-3 / tolerance) of them.
+double implicit_pays_from(double tolerance) {
+    return 11 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
 }
 
 Index first_bad(const std::vector<Index>& blocks) {
@@ -146,14 +146,14 @@ Index first_bad(const Packed& p) {
     return 0;  // a velocity
 }
 
-/// Takes the integrator and the sub-steps for the body as it stands.
-void prepare(const Body& body, Workspace::Data& w) {
+/// Takes the integrator and the sub-steps for the body as it stands, after `transfer` if there was one.
+void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nullptr) {
     const StepOptions& options = w.options;
     const double stable = step_safety * largest_stable_step(w.bound);
     const double wanted = std::ceil(options.dt / stable);
     w.integrator = options.integrator;
     if (w.integrator == Integrator::automatic)
-        w.integrator = wanted <= std::min(implicit_pays_from(body.vertices()), double(options.max_substeps))
+        w.integrator = wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
                            ? Integrator::symplectic
                            : Integrator::implicit;
     if (w.integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
@@ -166,8 +166,8 @@ void prepare(const Body& body, Workspace::Data& w) {
         w.integrator == Integrator::symplectic && options.precision == Precision::single && packable(body);
     if (!single) w.packed.reset();
     if (single && !w.packed) w.packed = pack(body);
-    w.implicit.reset();
     if (w.integrator == Integrator::symplectic) {
+        w.implicit.reset();
         w.substeps = std::max(1, int(wanted));
         if (single) return;
         w.x.resize(body.vertices()), w.v.resize(body.vertices());
@@ -175,7 +175,10 @@ void prepare(const Body& body, Workspace::Data& w) {
         w.not_finite.resize(block_count(body.vertices()), no_index);
     } else {
         w.substeps = 1;
-        w.implicit.emplace(body, options.dt);
+        if (w.implicit && transfer)
+            w.implicit->adapt(transfer->surface, transfer->body);
+        else
+            w.implicit.emplace(body, options.dt);
     }
 }
 
@@ -192,7 +195,7 @@ Workspace::Workspace(const Body& body, const StepOptions& options) {
 void Workspace::adapt(const Body& body, const Transfer& transfer) {
     update(data->bound, body, transfer.surface, transfer.body);
     if (data->packed) innerspring::adapt(*data->packed, body, transfer.surface, transfer.body);
-    prepare(body, *data);
+    prepare(body, *data, &transfer);
 }
 
 void Workspace::reserve(std::size_t vertices) {

@@ -28,8 +28,10 @@ struct StepOptions {
     Precision precision = Precision::single;
     int threads = 1;            ///< any number gives the same bits; 0: all cores
     int max_substeps = 100000;  ///< symplectic: more than this is refused
-    double tolerance =
-        1e-5;  ///< implicit: residual relative to the forces of the step (inertia, loads, springs)
+    /// implicit: residual relative to the forces of the step, the larger of the loads and of what is out of
+    /// balance where each vertex keeps its velocity (at most what would stop it in one step). The default
+    /// leaves an error well below that of the step.
+    double tolerance = 1e-3;
     int max_iterations = 500;              ///< implicit: per step
     bool volume = false;                   ///< report Eq. 4's volume before each step
     const PackedKernel* kernel = nullptr;  ///< single precision: null is the fastest this processor has
@@ -61,8 +63,9 @@ class Workspace {
         const;  ///< full where single is not possible: free bodies, implicit, numbers too far apart
     int substeps() const;  ///< per step of dt; 1 when implicit
 
-    /// Goes on with a body that was refined or coarsened in place: as costly as the change while symplectic
-    /// Euler is used. Throws InputError as the constructor does.
+    /// Goes on with the body, refined or coarsened in place: as costly as the change while symplectic Euler
+    /// is used; implicit: a part of the factorisation is made anew. Throws InputError as the constructor
+    /// does.
     void adapt(const Body& body, const Transfer& transfer);
 
     /// Room for so many more vertices.
@@ -72,8 +75,8 @@ class Workspace {
     std::unique_ptr<Data> data;
 };
 
-/// Advances `state` by `count` steps of dt. For a held body symplectic Euler allocates nothing after the
-/// first step. The same bits for any number of threads. In single precision `state` is read at the start and
+/// Advances `state` by `count` steps of dt. For a held body nothing is allocated after the first
+/// step. The same bits for any number of threads. In single precision `state` is read at the start and
 /// written at the end, so that many steps at a time cost less than each alone; their bits may differ from it
 /// in what rounding does to positions in double. The report is of the last step. `loads` must be valid
 /// (require_valid).

@@ -1,0 +1,53 @@
+#pragma once
+#include <limits>
+#include <vector>
+
+#include "innerspring/mesh/geometry.h"
+
+namespace innerspring {
+
+/// A function of the positions of all vertices with what Newton's method asks of it. All fields have one
+/// vector per vertex, zero where it is pinned.
+class Minimand {
+  public:
+    using Field = std::vector<Vector>;
+    virtual ~Minimand() = default;
+    virtual double evaluate(const Field& x, Field& g) = 0;      ///< value [J] and gradient [N]
+    virtual double residual(const Field& g) const = 0;          ///< a norm of the gradient [N]
+    virtual void linearise(const Field& x) = 0;                 ///< the Hessian H and the preconditioner M^-1
+    virtual double multiply(const Field& p, Field& q) = 0;      ///< q = H p; returns p . q
+    virtual double precondition(const Field& r, Field& z) = 0;  ///< z = M^-1 r; returns r . z
+};
+
+/// Newton's method in a trust region |p|_M <= radius, its steps by conjugate gradients that stop at the rim
+/// (Steihaug 1983), shortened where that lowers the value (Nocedal & Yuan 1998). The value never rises.
+/// Fields are kept between runs, so that they are allocated once.
+class Newton {
+  public:
+    using Field = Minimand::Field;
+    struct Goal {
+        double residual;  ///< [N]
+        double scale;     ///< [N]; what makes a residual small
+        int most_iterations = 500;
+        int most_products = 1 << 30;  ///< in all
+    };
+    struct Report {
+        bool reached = false;
+        double value = 0, residual = 0;
+        int iterations = 0, products = 0, evaluations = 0;
+    };
+    /// From x with its value and gradient g, to the last point and its gradient.
+    Report run(Minimand& f, Field& x, Field& g, double value, const Goal& goal);
+
+  private:
+    void model(Minimand& f, const Field& g, double relative, int most);
+
+    double radius_ = std::numeric_limits<double>::infinity();
+    Field p_, r_, z_, d_, q_;  ///< step, g + H p, M^-1 r, direction, H d
+    bool at_rim_ = false;
+    int products_ = 0;
+    double gain_ = 0, length_ = 0;  ///< -(g p + p H p / 2) [J], |p|_M
+    Field trial_, g_trial_;
+};
+
+}  // namespace innerspring

@@ -1,0 +1,87 @@
+#include "innerspring/sim/preconditioner.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innerspring {
+
+Preconditioner::Preconditioner(const Body& body) : factor_(body) {
+    find_normals(body);
+}
+
+void Preconditioner::find_normals(const Body& body) {
+    rest_normal_.assign(body.vertices(), Vector::Zero());
+    for (const Triangle& t : body.rest.triangles) {
+        const Vector area = double_area_vector(body.rest.positions, t);
+        for (Index i : t) rest_normal_[i] += area;
+    }
+    for (Vector& n : rest_normal_) n = n.squaredNorm() > 0 ? Vector(n.normalized()) : Vector(Vector::UnitX());
+    normal_ = rest_normal_;
+}
+
+void Preconditioner::factorize(const Body& body, std::span<const double> d, const std::vector<bool>& pinned) {
+    factor_.factorize(body, d, pinned);
+}
+
+void Preconditioner::adapt(const Body& body, std::span<const double> d, const std::vector<bool>& pinned,
+                           const SurfaceChange& surface, const BodyChange& change) {
+    factor_.adapt(body, d, pinned, surface, change);
+    find_normals(body);
+}
+
+void Preconditioner::adapt_order(const Body& body, const SurfaceChange& surface, const BodyChange& change) {
+    factor_.adapt_tree(body, surface, change);
+    find_normals(body);
+}
+
+void Preconditioner::set_normal_stiffness(const Body& body, std::span<const double> d,
+                                          const std::vector<Vector>& x, double share) {
+    compliance_.resize(body.vertices());
+    for (std::size_t i = 0; i < body.vertices(); ++i) {
+        double D = 0;
+        for (const Spoke& spoke : body.spokes_of(i)) {
+            const Vector by = x[spoke.neighbour] - x[i];
+            const double length2 = by.squaredNorm();
+            if (!(length2 > 0)) continue;
+            const double along = normal_[i].dot(by) * normal_[i].dot(by) / length2;
+            D += spoke.k * (along + (1 - along) * std::max(0.0, 1 - spoke.rest / std::sqrt(length2)));
+        }
+        compliance_[i] = 1 / (d[i] + share * D);
+    }
+}
+
+void Preconditioner::turn(const Body& body, const Eigen::Matrix3d& R) {
+    for (std::size_t i = 0; i < body.vertices(); ++i) normal_[i] = R * rest_normal_[i];
+}
+
+template <class Real>
+double Preconditioner::run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w) const {
+    const Dissection& tree = factor_.tree();
+    const std::size_t n = r.size();
+    w.resize(4 * tree.node_of.size(), Real(0));
+    double largest = 0;
+    for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, r[i].cwiseAbs().maxCoeff());
+    if (!(largest > 0)) largest = 1;
+    const double down = 1 / largest, up = largest * factor_.scale();
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vector v = r[i] - normal_[i].dot(r[i]) * normal_[i];
+        Real* to = &w[4 * std::size_t(tree.place_of[i])];
+        to[0] = Real(v.x() * down), to[1] = Real(v.y() * down), to[2] = Real(v.z() * down);
+    }
+    factor_.solve(w.data());
+    double sum = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const Real* from = &w[4 * std::size_t(tree.place_of[i])];
+        Vector v(up * double(from[0]), up * double(from[1]), up * double(from[2]));
+        v += (normal_[i].dot(r[i]) * compliance_[i] - normal_[i].dot(v)) * normal_[i];
+        sum += v.dot(r[i]);
+        z[i] = v;
+    }
+    return sum;
+}
+
+double Preconditioner::apply(const std::vector<Vector>& r, std::vector<Vector>& z) const {
+    return factor_.in_float() ? run(r, z, float_work_) : run(r, z, double_work_);
+}
+
+}  // namespace innerspring
