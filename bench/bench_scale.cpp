@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -82,6 +82,13 @@ void reset_rss_peak() {
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
+/// Of this process, the system's work for it included: what others do on the machine shows less.
+double cpu_seconds() {
+    timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
 struct Phase {
     std::string name;
     bool counts = true;         // false: part of another phase, measured again by itself
@@ -99,10 +106,9 @@ struct Way {
         if (next == phases.size()) phases.push_back({name, counts});
         Phase& phase = phases[next++];
         reset_heap_peak();
-        const auto start = std::chrono::steady_clock::now();
+        const double start = cpu_seconds();
         auto result = action();
-        phase.seconds = std::min(
-            phase.seconds, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        phase.seconds = std::min(phase.seconds, cpu_seconds() - start);
         phase.peak = std::max(phase.peak, double(heap_peak() - before));
         return result;
     }
@@ -146,26 +152,40 @@ Sizes go(const std::filesystem::path& file, std::vector<Phase>& phases) {
     return sizes;
 }
 
+/// Appended, and headed if the file is new.
+void append(const std::string& csv, const std::string& rows) {
+    if (csv.empty()) return;
+    const bool fresh = !std::filesystem::exists(csv);
+    std::FILE* out = std::fopen(csv.c_str(), "a");
+    if (!out) throw std::runtime_error(csv + " cannot be written");
+    if (fresh)
+        fmt::print(out,
+                   "machine,cores,compiler,date,version,mesh,vertices,centre,what,us_per_vertex,peak_bytes_"
+                   "per_vertex\n");
+    fmt::print(out, "{}", rows);
+    std::fclose(out);
+}
+
 void run(const Options& o) {
     fmt::print("innerspring {}; {}, {} cores; {}; {}\n", version, processor(), cores(), compiler(), today());
-    fmt::print("one thread; least of {} rounds\n", o.rounds);
+    fmt::print("processor time of one thread, least of {} rounds\n", o.rounds);
     const auto folder = std::filesystem::temp_directory_path() / fmt::format("bench_scale.{}", getpid());
     std::filesystem::create_directories(folder);
-    std::string rows;
     for (const std::string& shape : o.shapes)
         for (long vertices : o.vertices) {
             const auto file = folder / "mesh.stl";
             write(make_shape(fmt::format("{}{}vertices={}", shape, shape.find(':') == shape.npos ? ":" : ",",
                                          vertices)),
                   file);
+            std::string rows;
             std::vector<Phase> phases;
             Sizes sizes;
             for (int round = 0; round < o.rounds; ++round) sizes = go(file, phases);
             const double N = double(sizes.vertices);
             fmt::print("\n{} of {} vertices, centre {}\n", shape, sizes.vertices, sizes.centre);
-            fmt::print("  {:<28}{:>14}{:>20}\n", "", "us per vertex", "peak B per vertex");
+            fmt::print("  {:<32}{:>14}{:>20}\n", "", "us per vertex", "peak B per vertex");
             auto print = [&](std::string_view indent, const Phase& p) {
-                fmt::print("  {:<28}{:>14.3f}{:>20.0f}\n", fmt::format("{}{}", indent, p.name),
+                fmt::print("  {:<32}{:>14.3f}{:>20.0f}\n", fmt::format("{}{}", indent, p.name),
                            1e6 * p.seconds / N, p.peak / N);
                 rows += fmt::format("\"{}\",{},\"{}\",{},{},{},{},{},\"{}\",{:.4f},{:.1f}\n", processor(),
                                     cores(), compiler(), today(), version, shape, sizes.vertices,
@@ -182,18 +202,9 @@ void run(const Options& o) {
             fmt::print("  rss {:.0f} B per vertex at its peak; the body {:.0f}\n", sizes.rss / N,
                        sizes.body / N);
             std::fflush(stdout);
+            append(o.csv, rows);
         }
     std::filesystem::remove_all(folder);
-    if (o.csv.empty()) return;
-    const bool fresh = !std::filesystem::exists(o.csv);
-    std::FILE* out = std::fopen(o.csv.c_str(), "a");
-    if (!out) throw std::runtime_error(o.csv + " cannot be written");
-    if (fresh)
-        fmt::print(out,
-                   "machine,cores,compiler,date,version,mesh,vertices,centre,what,us_per_vertex,peak_bytes_"
-                   "per_vertex\n");
-    fmt::print(out, "{}", rows);
-    std::fclose(out);
 }
 
 }  // namespace
