@@ -276,8 +276,9 @@ void Factor::solve(Real* w) const {
             transpose(a, b, c, d);
             const int left = panel.r - i;
             auto subtract = [&](int k, const Four<Real>& v) {
+                if (k >= left) return;
                 Real* to = w + 4 * std::ptrdiff_t(p[i + k]);
-                if (k < left) store(to, load(to) - v);
+                store(to, load(to) - v);
             };
             subtract(0, a), subtract(1, b), subtract(2, c), subtract(3, d);
         }
