@@ -23,10 +23,6 @@ double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
     return sum;
 }
 
-void add(double factor, const std::vector<Vector>& from, std::vector<Vector>& to) {
-    for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
-}
-
 }  // namespace
 
 ImplicitSolver::ImplicitSolver(const Body& body, double h)

@@ -5,13 +5,9 @@
 
 namespace innerspring {
 
-namespace {
-
-void add(double factor, const std::vector<Vector>& from, std::vector<Vector>& to) {
+void add(double factor, const Minimand::Field& from, Minimand::Field& to) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
 }
-
-}  // namespace
 
 void Newton::model(Minimand& f, const Field& g, double relative, int most) {
     const std::size_t n = g.size();

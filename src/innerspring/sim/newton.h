@@ -19,6 +19,9 @@ class Minimand {
     virtual double precondition(const Field& r, Field& z) = 0;  ///< z = M^-1 r; returns r . z
 };
 
+/// to += factor from.
+void add(double factor, const Minimand::Field& from, Minimand::Field& to);
+
 /// Newton's method in a trust region |p|_M <= radius, its steps by conjugate gradients that stop at the rim
 /// (Steihaug 1983), shortened where that lowers the value (Nocedal & Yuan 1998). The value never rises.
 /// Fields are kept between runs, so that they are allocated once.

@@ -10,12 +10,9 @@ Preconditioner::Preconditioner(const Body& body) : factor_(body) {
 }
 
 void Preconditioner::find_normals(const Body& body) {
-    rest_normal_.assign(body.vertices(), Vector::Zero());
-    for (const Triangle& t : body.rest.triangles) {
-        const Vector area = double_area_vector(body.rest.positions, t);
-        for (Index i : t) rest_normal_[i] += area;
-    }
-    for (Vector& n : rest_normal_) n = n.squaredNorm() > 0 ? Vector(n.normalized()) : Vector(Vector::UnitX());
+    rest_normal_ = vertex_normals(body.rest.positions, body.rest.triangles);
+    for (Vector& n : rest_normal_)
+        if (!(n.squaredNorm() > 0)) n = Vector::UnitX();  // any will do
     normal_ = rest_normal_;
 }
 
