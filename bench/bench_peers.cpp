@@ -3,14 +3,13 @@
 //   bench_peers [--vertices 642,10242,...] [--rounds N] [--seconds S] [--csv FILE]
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <stdexcept>
-#include <string_view>
 
 #include "innerspring/mesh/shapes.h"
 #include "innerspring/sim/stability.h"
@@ -31,32 +30,6 @@ struct Options {
     double seconds = 0.1;  // one peer's turn in a round
     std::string csv;
 };
-
-Options parse(int argc, char** argv) {
-    Options o;
-    for (int n = 1; n + 1 < argc; n += 2) {
-        const std::string_view key = argv[n];
-        const std::string value = argv[n + 1];
-        if (key == "--rounds") {
-            o.rounds = std::max(1, std::atoi(value.c_str()));
-        } else if (key == "--seconds") {
-            o.seconds = std::atof(value.c_str());
-        } else if (key == "--csv") {
-            o.csv = value;
-        } else if (key == "--vertices") {
-            o.vertices.clear();
-            for (const char* at = value.c_str(); *at;) {
-                char* end;
-                o.vertices.push_back(std::strtol(at, &end, 10));
-                at = *end == ',' ? end + 1 : end;
-            }
-        } else {
-            throw std::runtime_error(fmt::format("unknown option {}", key));
-        }
-    }
-    if (argc % 2 == 0) throw std::runtime_error(fmt::format("{}: a value is missing", argv[argc - 1]));
-    return o;
-}
 
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
@@ -167,8 +140,17 @@ void run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    Options o;
+    CLI::App app("A step of this library, of a plain loop and of Bullet, on the same mesh in turns");
+    app.add_option("--vertices", o.vertices, "sizes of the icosphere")
+        ->delimiter(',')
+        ->check(CLI::Range(4, 100000000));
+    app.add_option("--rounds", o.rounds)->check(CLI::Range(1, 1000000));
+    app.add_option("--seconds", o.seconds, "one peer's turn in a round")->check(CLI::Range(1e-9, 1e9));
+    app.add_option("--csv", o.csv, "file to append to");
+    CLI11_PARSE(app, argc, argv);
     try {
-        run(parse(argc, argv));
+        run(o);
         return 0;
     } catch (const std::exception& e) {
         fmt::print(stderr, "bench_peers: {}\n", e.what());

@@ -5,6 +5,7 @@
 // what the system gave the process, likewise.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -38,37 +39,6 @@ struct Options {
     int rounds = 3;
     std::string csv;
 };
-
-Options parse(int argc, char** argv) {
-    Options o;
-    bool own_shapes = false;
-    for (int n = 1; n < argc; ++n) {
-        const std::string_view key = argv[n];
-        if (!key.starts_with("--")) {
-            if (!own_shapes) o.shapes.clear();
-            own_shapes = true;
-            o.shapes.emplace_back(key);
-            continue;
-        }
-        if (++n == argc) throw std::runtime_error(fmt::format("{}: a value is missing", key));
-        const std::string value = argv[n];
-        if (key == "--rounds") {
-            o.rounds = std::max(1, std::atoi(value.c_str()));
-        } else if (key == "--csv") {
-            o.csv = value;
-        } else if (key == "--vertices") {
-            o.vertices.clear();
-            for (const char* at = value.c_str(); *at;) {
-                char* end;
-                o.vertices.push_back(std::strtol(at, &end, 10));
-                at = *end == ',' ? end + 1 : end;
-            }
-        } else {
-            throw std::runtime_error(fmt::format("unknown option {}", key));
-        }
-    }
-    return o;
-}
 
 /// The most memory the process had since reset_rss_peak() [byte].
 double rss_peak() {
@@ -210,8 +180,15 @@ void run(const Options& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    Options o;
+    CLI::App app("Time and memory per vertex from a file to a body, phase by phase");
+    app.add_option("shapes", o.shapes, "built-in shapes (default icosphere, sphere, organ)");
+    app.add_option("--vertices", o.vertices)->delimiter(',')->check(CLI::Range(4, 100000000));
+    app.add_option("--rounds", o.rounds, "the least of so many counts")->check(CLI::Range(1, 1000000));
+    app.add_option("--csv", o.csv, "file to append to");
+    CLI11_PARSE(app, argc, argv);
     try {
-        run(parse(argc, argv));
+        run(o);
         return 0;
     } catch (const std::exception& e) {
         fmt::print(stderr, "bench_scale: {}\n", e.what());
