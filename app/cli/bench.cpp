@@ -117,7 +117,7 @@ Stepping time_steps(const Body& body, StepOptions options, double seconds) {
     const int together = steps_at_a_time(body);
     sample(together, 0.1 * seconds);  // warm
     Stepping s{workspace.precision() == Precision::single
-                   ? options.kernel ? options.kernel->name : packed_kernels().front()->name
+                   ? options.kernel ? options.kernel->name : vector_kernels().front()->name
                    : "double",
                options.threads};
     s.ns_per_vertex = 1e9 * quantile(sample(together, seconds / 2), 0.5) / double(body.vertices());
@@ -135,7 +135,7 @@ double compute_pace(const Material& material) {
     Team alone(1);
     const double h = 0.5 * largest_stable_step(small);
     return 1e9 / double(small.vertices()) *
-           shortest(0.1, [&] { advance(packed, *packed_kernels().front(), h, Vector::Zero(), alone); });
+           shortest(0.1, [&] { advance(packed, *vector_kernels().front(), h, Vector::Zero(), alone); });
 }
 
 std::string processor() {
@@ -184,7 +184,7 @@ int run(const Arguments& a) {
         s.memory_ns = bytes_per_vertex(body) / s.bandwidth_gb_s;
         s.compute_ns = pace / threads;
     }
-    for (const PackedKernel* kernel : packed_kernels())
+    for (const VectorKernels* kernel : vector_kernels())
         kernels.push_back(time_steps(body, {.kernel = kernel}, a.seconds / 4));
     kernels.push_back(time_steps(body, {.precision = Precision::full}, a.seconds / 4));
     const Stepping& best = steps[0].ns_per_vertex < steps[1].ns_per_vertex ? steps[0] : steps[1];

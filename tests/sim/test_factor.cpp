@@ -77,6 +77,35 @@ TEST(Factor, DissectionKeepsNeighboursOnOnePathToTheRoot) {
         }
 }
 
+TEST(Factor, EveryKernelMultipliesAPanelToTheSameBits) {
+    Random random(11);
+    const int columns = 23, beyond = PanelProduct<float>::beyond;
+    for (int rows : {1, 3, 4, 7, 8, 15, 16, 17, 31, 32, 33, 70}) {
+        std::vector<float> P(std::size_t(rows * columns + beyond)), w(4 * 50);
+        for (float& p : P) p = float(random.uniform() - 0.5);
+        for (float& x : w) x = float(random.uniform() - 0.5);
+        std::vector<int> places(columns);
+        for (int& place : places) place = int(random.bits() % 50);
+        std::vector<float> first;
+        for (const VectorKernels* kernels : vector_kernels()) {
+            std::vector<float> out(std::size_t(4 * (rows + beyond)));
+            kernels->multiply({P.data(), rows, columns, places.data(), w.data(), out.data()});
+            out.resize(std::size_t(4 * rows));
+            for (int i = 0; i < rows; ++i)
+                for (int a = 0; a < 3; ++a) {
+                    double sum = 0;
+                    for (int j = 0; j < columns; ++j)
+                        sum += double(P[std::size_t(j * rows + i)]) *
+                               double(w[std::size_t(4 * places[std::size_t(j)] + a)]);
+                    ASSERT_NEAR(out[std::size_t(4 * i + a)], sum, 2e-6) << kernels->name << " row " << i;
+                    out[std::size_t(4 * i + 3)] = 0;
+                }
+            if (first.empty()) first = out;
+            EXPECT_EQ(out, first) << kernels->name << " " << rows << " rows";
+        }
+    }
+}
+
 // Refined here and there, and taken back: a part is made anew, and it is the factor of the whole.
 TEST(Factor, AdaptedIsTheSameAsMadeAnew) {
     for (double surface : {1.0, 1e6}) {

@@ -67,7 +67,7 @@ TEST(Packed, EveryKernelGivesTheSameBitsAndFollowsThePlainDoubleLoop) {
         ASSERT_EQ(full.precision(), Precision::full);
         for (int n = 0; n < steps; ++n) step(body, loads, exact, full);
         std::uint64_t bits = 0;
-        for (const PackedKernel* kernel : packed_kernels()) {
+        for (const VectorKernels* kernel : vector_kernels()) {
             StepOptions options = explicit_steps(body, Precision::single);
             options.kernel = kernel;
             Workspace workspace(body, options);
@@ -83,7 +83,7 @@ TEST(Packed, EveryKernelGivesTheSameBitsAndFollowsThePlainDoubleLoop) {
             EXPECT_EQ(state_hash(state), bits) << body.rest.name << " " << kernel->name;
         }
     }
-    EXPECT_STREQ(packed_kernels().back()->name, "portable");
+    EXPECT_STREQ(vector_kernels().back()->name, "portable");
 }
 
 TEST(Packed, SlotsAreTheFanOfEachVertex) {
@@ -247,8 +247,8 @@ TEST(Packed, FollowsRefinementAndItsUndoing) {
         const double h = 0.4 * largest_stable_step(body);
         for (int s = 0; s < 3; ++s) {
             double V[2];
-            ASSERT_TRUE(advance(p, *packed_kernels().front(), h, {0, -9.81, 0}, alone, &V[0]));
-            ASSERT_TRUE(advance(anew, *packed_kernels().back(), h, {0, -9.81, 0}, alone, &V[1]));
+            ASSERT_TRUE(advance(p, *vector_kernels().front(), h, {0, -9.81, 0}, alone, &V[0]));
+            ASSERT_TRUE(advance(anew, *vector_kernels().back(), h, {0, -9.81, 0}, alone, &V[1]));
             EXPECT_NEAR(V[0], V[1], 1e-7 * V[1]);
         }
         store(p, body, a, alone), store(anew, body, b, alone);

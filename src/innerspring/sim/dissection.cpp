@@ -6,7 +6,7 @@ namespace innerspring {
 namespace {
 
 /// Parts of at most so many vertices are not cut any more.
-constexpr std::size_t leaf_size = 12;
+constexpr std::size_t leaf_size = 24;
 
 class Cutter {
   public:

@@ -2,6 +2,8 @@
 #include <Eigen/Core>
 
 #include "innerspring/sim/dissection.h"
+#include "innerspring/sim/large_pages.h"
+#include "innerspring/sim/vector_kernels.h"
 
 namespace innerspring {
 
@@ -28,10 +30,14 @@ class Factor {
     std::optional<std::vector<int>> adapt_tree(const Body& body, const SurfaceChange& surface,
                                                const BodyChange& change);
 
-    /// In place, four numbers for each place of the tree: x, y, z and one that is
-    /// 0. The solution is that of the matrix times scale(); Real is float if in_float(), else double.
+    /// In place, four numbers for each place of the tree: x, y, z and one that is 0, in the first of
+    /// solve_size() numbers. The solution is that of the matrix times scale(); Real is float if in_float(),
+    /// else double.
     template <class Real>
     void solve(Real* w) const;
+    std::size_t solve_size() const {
+        return 4 * (tree_.node_of.size() + widest_ + PanelProduct<float>::beyond);
+    }
     double scale() const { return scale_; }
     bool in_float() const { return in_float_; }
 
@@ -43,25 +49,22 @@ class Factor {
     int nodes_made() const { return nodes_made_; }  ///< by the last factorize() or adapt()
 
   private:
-    template <class Real>
-    struct Kept {
-        std::vector<Real> inverse, below;  ///< (L_JJ L_JJ^T)^-1 and L_RJ L_JJ^-1, columns padded to fours
-    };
     struct Panel {
         Eigen::MatrixXd L;  ///< the columns' triangle above the rows
-        Kept<float> f;
-        Kept<double> d;
-        int s = 0, r = 0, padded_s = 0, padded_r = 0;
+        int s = 0, r = 0;
+        std::size_t places = 0, down = 0, up = 0;  ///< where they start below
     };
+    void lay_out(const std::vector<int>& to_make);
     void make(const Body& body, std::span<const double> d, const std::vector<bool>& pinned, int node);
-    template <class Real>
-    static void keep(Panel& panel, const Eigen::MatrixXd& inverse, const Eigen::MatrixXd& below,
-                     Kept<Real>& kept);
-    void make_room();
     bool float_is_enough(const Body& body, std::span<const double> d, double& largest) const;
 
     Dissection tree_;
-    std::vector<Panel> panels_;
+    std::vector<Panel> panels_;  ///< per node
+    std::vector<int> places_;    ///< of each node the columns, then the rows
+    /// Of each node, for solving, in the order they are read: B = L_RJ L_JJ^-1, children first; then
+    /// ((L_JJ L_JJ^T)^-1, -B^T), parents first. Column by column.
+    LargeArray<float> float_;
+    LargeArray<double> double_;
     double scale_ = 1;
     bool in_float_ = true;
     int nodes_made_ = 0;

@@ -278,24 +278,7 @@ void place(Packed& p, Index vertex, const Vector& displacement, const Vector& ve
     push(p, vertex, velocity);
 }
 
-std::span<const PackedKernel* const> packed_kernels() {
-    static const std::vector<const PackedKernel*> kernels = [] {
-        std::vector<const PackedKernel*> found;
-        auto add = [&found](const PackedKernel* kernel, bool runs) {
-            if (kernel && runs) found.push_back(kernel);
-        };
-#if defined(__x86_64__)
-        add(avx512_kernel(), __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"));
-        add(avx2_kernel(), __builtin_cpu_supports("avx2"));
-        add(sse2_kernel(), true);
-#endif
-        add(portable_kernel(), true);
-        return found;
-    }();
-    return kernels;
-}
-
-bool advance(Packed& p, const PackedKernel& kernel, double h, const Vector& gravity, Team& team,
+bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gravity, Team& team,
              double* volume) {
     const Vector hg = h * p.scale * gravity;
     const PackedStep step{p.slots.data(),

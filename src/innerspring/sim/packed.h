@@ -4,9 +4,9 @@
 
 #include "innerspring/body/refine.h"
 #include "innerspring/sim/large_pages.h"
-#include "innerspring/sim/packed_kernel.h"
 #include "innerspring/sim/state.h"
 #include "innerspring/sim/team.h"
+#include "innerspring/sim/vector_kernels.h"
 
 namespace innerspring {
 
@@ -51,12 +51,9 @@ void place(Packed& packed, Index vertex, const Vector& displacement, const Vecto
 /// Displacement from home of one vertex [m].
 Vector displacement(const Packed& packed, Index vertex);
 
-/// The kernels this processor has, the fastest first; the last one is plain C++. They give the same bits.
-std::span<const PackedKernel* const> packed_kernels();
-
 /// One symplectic Euler step of h [s] under gravity [m/s^2]. False if something left the numbers. `volume`,
 /// if not null: Eq. 4 before the step [m^3], to some 1e-8. The same bits for any number of threads.
-bool advance(Packed& packed, const PackedKernel& kernel, double h, const Vector& gravity, Team& team,
+bool advance(Packed& packed, const VectorKernels& kernel, double h, const Vector& gravity, Team& team,
              double* volume = nullptr);
 
 }  // namespace innerspring

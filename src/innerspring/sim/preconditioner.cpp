@@ -55,7 +55,7 @@ template <class Real>
 double Preconditioner::run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w) const {
     const Dissection& tree = factor_.tree();
     const std::size_t n = r.size();
-    w.resize(4 * tree.node_of.size(), Real(0));
+    w.resize(factor_.solve_size(), Real(0));
     double largest = 0;
     for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, r[i].cwiseAbs().maxCoeff());
     if (!(largest > 0)) largest = 1;

@@ -130,7 +130,7 @@ bool packed_substep(const Body& body, const Loads& loads, double time, double h,
         for (std::size_t n = 0; n < f.vertices.size(); ++n)
             push(p, f.vertices[n], f.weights[n] / body.m[f.vertices[n]] * now);
     }
-    const PackedKernel& kernel = w.options.kernel ? *w.options.kernel : *packed_kernels().front();
+    const VectorKernels& kernel = w.options.kernel ? *w.options.kernel : *vector_kernels().front();
     if (!advance(p, kernel, h, loads.gravity, w.team, volume)) return false;
     for (const Pin& pin : loads.pins) {
         const Vector offset = offset_at(pin, time + h), velocity = (offset - offset_at(pin, time)) / h;

@@ -1,8 +1,8 @@
 #pragma once
 #include <memory>
 
-#include "innerspring/sim/packed_kernel.h"
 #include "innerspring/sim/refine.h"
+#include "innerspring/sim/vector_kernels.h"
 
 namespace innerspring {
 
@@ -32,9 +32,9 @@ struct StepOptions {
     /// balance where each vertex keeps its velocity (at most what would stop it in one step). The default
     /// leaves an error well below that of the step.
     double tolerance = 1e-3;
-    int max_iterations = 500;              ///< implicit: per step
-    bool volume = false;                   ///< report Eq. 4's volume before each step
-    const PackedKernel* kernel = nullptr;  ///< single precision: null is the fastest this processor has
+    int max_iterations = 500;               ///< implicit: per step
+    bool volume = false;                    ///< report Eq. 4's volume before each step
+    const VectorKernels* kernel = nullptr;  ///< single precision: null is the fastest this processor has
 };
 
 /// What a step did.

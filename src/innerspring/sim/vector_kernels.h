@@ -4,6 +4,7 @@
 // there.
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace innerspring {
 
@@ -47,18 +48,38 @@ struct PackedStep {
     float hg[3];  ///< h times gravity
 };
 
-/// Slices [first, last). False if anything left the numbers. `volume`, if not null: the vertices' share of
-/// Eq. 4 at the positions read, sum_i x_i/3 (A_i)_x, A_i the area vector of the triangles at i; one component
-/// is enough, as the three sums are equal on a closed surface.
-struct PackedKernel {
-    const char* name;
-    bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, double* volume);
+/// A dense panel times what lies at places of an array of fours (x, y, z, 0), for the three together:
+/// out_i = sum_j P_ij w[places[j]], summed in the order of j.
+template <class Real>
+struct PanelProduct {
+    /// Columns one after the other. So much after the last is read, and so much of `out` may be written.
+    static constexpr int beyond = 32;
+    const Real* P;
+    int rows, columns;
+    const int* places;  ///< per column
+    const Real* w;
+    Real* out;  ///< fours, aligned to 16 B
 };
 
-/// Null where the library was built for another processor.
-const PackedKernel* avx512_kernel();
-const PackedKernel* avx2_kernel();
-const PackedKernel* sse2_kernel();
-const PackedKernel* portable_kernel();
+/// The inner loops for one instruction set. Null pointers to these where the library was built for another
+/// processor.
+struct VectorKernels {
+    const char* name;
+
+    /// Slices [first, last) of an explicit step. False if anything left the numbers. `volume`, if not null:
+    /// the vertices' share of Eq. 4 at the positions read, sum_i x_i/3 (A_i)_x, A_i the area vector of the
+    /// triangles at i; one component is enough, as the three sums are equal on a closed surface.
+    bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, double* volume);
+
+    void (*multiply)(const PanelProduct<float>& product);
+};
+
+const VectorKernels* avx512_kernels();
+const VectorKernels* avx2_kernels();
+const VectorKernels* sse2_kernels();
+const VectorKernels* portable_kernels();
+
+/// Those this processor has, the fastest first; the last is plain C++. They give the same bits.
+std::span<const VectorKernels* const> vector_kernels();
 
 }  // namespace innerspring

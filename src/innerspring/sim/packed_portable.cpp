@@ -1,5 +1,0 @@
-#include "innerspring/sim/packed_simd.h"
-
-const innerspring::PackedKernel* innerspring::portable_kernel() {
-    return kernel_for<Portable>("portable");
-}

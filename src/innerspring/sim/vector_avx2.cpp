@@ -1,0 +1,15 @@
+#include "innerspring/sim/packed_simd.h"
+#include "innerspring/sim/panel_simd.h"
+
+namespace innerspring {
+
+const VectorKernels* avx2_kernels() {
+#if defined(__AVX2__)
+    static const VectorKernels kernels{"avx2", advance_slices<Avx2>, multiply_panel<Avx2>};
+    return &kernels;
+#else
+    return nullptr;
+#endif
+}
+
+}  // namespace innerspring

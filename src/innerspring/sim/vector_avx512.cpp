@@ -1,0 +1,15 @@
+#include "innerspring/sim/packed_simd.h"
+#include "innerspring/sim/panel_simd.h"
+
+namespace innerspring {
+
+const VectorKernels* avx512_kernels() {
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+    static const VectorKernels kernels{"avx512", advance_slices<Avx512>, multiply_panel<Avx512>};
+    return &kernels;
+#else
+    return nullptr;
+#endif
+}
+
+}  // namespace innerspring

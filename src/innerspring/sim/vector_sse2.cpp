@@ -1,0 +1,15 @@
+#include "innerspring/sim/packed_simd.h"
+#include "innerspring/sim/panel_simd.h"
+
+namespace innerspring {
+
+const VectorKernels* sse2_kernels() {
+#if defined(__x86_64__)
+    static const VectorKernels kernels{"sse2", advance_slices<Sse2>, multiply_panel<Sse2>};
+    return &kernels;
+#else
+    return nullptr;
+#endif
+}
+
+}  // namespace innerspring
