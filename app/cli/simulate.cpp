@@ -24,7 +24,7 @@ struct Arguments {
     std::vector<std::string> forces, pins, refine;
     std::optional<double> duration, dt, residual;
     std::optional<int> every, threads;
-    bool equilibrium = false, free = false, resume = false;
+    bool equilibrium = false, free = false, linearised = false, resume = false;
 };
 
 std::atomic<bool> interrupted{false};
@@ -85,6 +85,7 @@ int run(const Arguments& a) {
     if (a.residual) scene.residual_n = *a.residual;
     if (a.every) scene.every = *a.every;
     if (a.threads) scene.step.threads = *a.threads;
+    scene.step.linearised |= a.linearised;
     scene.equilibrium |= a.equilibrium;
     scene.free |= a.free;
     // What the options say must hold as much as what a file says.
@@ -147,6 +148,8 @@ Command add_simulate(CLI::App& program) {
                     "of explicit steps of a held body: single, several times as fast, or double (default "
                     "single)")
         ->type_name("NAME");
+    app->add_flag("--linearised", a->linearised,
+                  "implicit steps by one Newton step with the true tangent, not to the minimum");
     app->add_flag("--equilibrium", a->equilibrium, "solve for the balance of forces instead of stepping");
     app->add_option("--residual", a->residual,
                     "largest force left in equilibrium [N] (default 1e-9 of the loads)")

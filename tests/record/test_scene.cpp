@@ -43,6 +43,7 @@ threads = 0
 max_substeps = 50
 tolerance = 1e-10
 max_iterations = 30
+linearised = true
 equilibrium = true
 residual_n = 1e-7
 every = 0
@@ -141,6 +142,7 @@ void expect_same(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.step.max_substeps, b.step.max_substeps);
     EXPECT_TRUE(same(a.step.tolerance, b.step.tolerance));
     EXPECT_EQ(a.step.max_iterations, b.step.max_iterations);
+    EXPECT_EQ(a.step.linearised, b.step.linearised);
     EXPECT_EQ(a.equilibrium, b.equilibrium);
     EXPECT_TRUE(same(a.residual_n, b.residual_n));
     EXPECT_EQ(a.every, b.every);
@@ -204,6 +206,7 @@ TEST(Scene, EveryKeyIsRead) {
     EXPECT_EQ(s.step.max_substeps, 50);
     EXPECT_EQ(s.step.tolerance, 1e-10);
     EXPECT_EQ(s.step.max_iterations, 30);
+    EXPECT_TRUE(s.step.linearised);
     EXPECT_TRUE(s.equilibrium);
     EXPECT_EQ(s.residual_n, 1e-7);
     EXPECT_EQ(s.every, 0);

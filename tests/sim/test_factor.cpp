@@ -37,11 +37,16 @@ double left_over(const Body& body, const std::vector<double>& d, const std::vect
     return std::sqrt(left / all);
 }
 
+/// What rounding leaves grows with the condition of the matrix, which goes as the springs' stiffness.
+double allowed(const Factor& factor, double surface) {
+    return (factor.in_float() ? 3e-5 : 3e-11) * std::max(1.0, surface < 1e8 ? surface / 3e4 : surface / 1e7);
+}
+
 TEST(Factor, SolvesWhatTheSpringsSay) {
     Random random(5);
     for (const char* shape : {"icosphere:vertices=12", "sphere:vertices=700,irregularity=5,seed=2",
                               "organ:vertices=500", "torus:vertices=600", "plate:vertices=400"})
-        for (double surface : {0.0, 1.0, 100.0, 1e6})
+        for (double surface : {0.0, 1.0, 100.0, 1e6, 1e10})
             for (bool pins : {false, true}) {
                 const Body body = make_body(shape, {.surface = surface});
                 const auto d = diagonal(body, 1e-3);
@@ -59,7 +64,8 @@ TEST(Factor, SolvesWhatTheSpringsSay) {
                     if (pinned[i]) {
                         ASSERT_EQ(x[i], Vector(Vector::Zero()));
                     }
-                EXPECT_LT(left_over(body, d, pinned, b, x), factor.in_float() ? 3e-5 : 1e-11)
+                EXPECT_EQ(factor.in_float(), surface < 1e8);
+                EXPECT_LT(left_over(body, d, pinned, b, x), allowed(factor, surface))
                     << shape << " E_s " << surface << " pins " << pins;
             }
 }
@@ -108,7 +114,7 @@ TEST(Factor, EveryKernelMultipliesAPanelToTheSameBits) {
 
 // Refined here and there, and taken back: a part is made anew, and it is the factor of the whole.
 TEST(Factor, AdaptedIsTheSameAsMadeAnew) {
-    for (double surface : {1.0, 1e6}) {
+    for (double surface : {1.0, 1e6, 1e10}) {
         Body body = make_body("sphere:vertices=800,irregularity=3", {.surface = surface});
         State state = rest_state(body);
         Subdivision history(body.rest);
@@ -134,7 +140,7 @@ TEST(Factor, AdaptedIsTheSameAsMadeAnew) {
             adapted.solve(b.data(), x.data());
             whole.solve(b.data(), y.data());
             ASSERT_EQ(x, y) << "round " << round;
-            ASSERT_LT(left_over(body, d, pinned, b, x), adapted.in_float() ? 3e-5 : 1e-11) << round;
+            ASSERT_LT(left_over(body, d, pinned, b, x), allowed(adapted, surface)) << round;
         }
         EXPECT_LT(fewest, int(adapted.tree().nodes.size()) / 3);
     }

@@ -96,7 +96,7 @@ TEST(Step, AWorkspaceRemembersNothingOfEarlierLoads) {
     }
 }
 
-TEST(Step, ImplicitTendsToSymplecticAtFirstOrder) {
+void expect_implicit_tends_to_symplectic(bool linearised) {
     for (bool free : {false, true}) {
         BodyRecipe recipe;
         recipe.free = free;
@@ -108,6 +108,7 @@ TEST(Step, ImplicitTendsToSymplecticAtFirstOrder) {
             State state = rest_state(body);
             StepOptions options = with(integrator, end / steps);
             options.tolerance = 1e-10;
+            options.linearised = linearised;
             run(body, loads, options, steps, state);
             return state;
         };
@@ -122,6 +123,34 @@ TEST(Step, ImplicitTendsToSymplecticAtFirstOrder) {
         }
         EXPECT_LT(before, 0.05 * distance(truth, rest_state(body)));
     }
+}
+
+TEST(Step, ImplicitTendsToSymplecticAtFirstOrder) {
+    expect_implicit_tends_to_symplectic(false);
+}
+
+// One Newton step is another step, of the same order.
+TEST(Step, LinearisedImplicitTendsToSymplecticAtFirstOrder) {
+    expect_implicit_tends_to_symplectic(true);
+}
+
+// No more than that: under a large load the residual of one linear solve is left over.
+TEST(Step, LinearisedTakesOneNewtonStep) {
+    const Body body = make_body("sphere:vertices=300", {.surface = 30});
+    const Loads loads = one_force(patch_force(body, 8, 0.5, {0, -0.3, 0.1}));
+    StepOptions options = with(Integrator::implicit, 0.02);
+    options.tolerance = 1e-8;
+    const auto first = [&](bool linearised) {
+        options.linearised = linearised;
+        Workspace workspace(body, options);
+        State state = rest_state(body);
+        const StepReport report = step(body, loads, state, workspace);
+        EXPECT_TRUE(report.converged);
+        return report;
+    };
+    const StepReport one = first(true), all = first(false);
+    EXPECT_GT(one.residual, 100 * all.residual);
+    EXPECT_LT(one.residual, 0.1 * 0.32) << "of the load, which one exact solve takes up nearly";
 }
 
 TEST(Step, ComesToRestInEquilibrium) {

@@ -56,8 +56,8 @@ struct Scene {
     bool free = false;          ///< [body] free
     Vector gravity = Vector(0, -9.81, 0);  ///< [simulation] gravity_m_s2
     double duration = 2;                   ///< [simulation] duration_s
-    StepOptions
-        step;  ///< [simulation] dt_s, integrator, precision, threads, max_substeps, tolerance, max_iterations
+    StepOptions step;  ///< [simulation] dt_s, integrator, precision, threads, max_substeps, tolerance,
+                       ///< max_iterations, linearised
     bool equilibrium = false;  ///< [simulation] equilibrium: solve for balance instead of stepping
     double residual_n = 0;     ///< [simulation] residual_n
     int every = 10;  ///< [simulation] every: a frame each so many steps; 0: only the first and the last

@@ -60,6 +60,7 @@ void read_simulation(const Table& t, Scene& scene) {
     t.read("max_substeps", scene.step.max_substeps, 1, most);
     t.read("tolerance", scene.step.tolerance, Range::positive);
     t.read("max_iterations", scene.step.max_iterations, 1, most);
+    t.read("linearised", scene.step.linearised);
     t.read("equilibrium", scene.equilibrium);
     t.read("residual_n", scene.residual_n, Range::not_negative);
     t.read("every", scene.every, 0, most);

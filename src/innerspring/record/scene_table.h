@@ -65,7 +65,7 @@ inline const std::array<Section, 7>& sections() {
         {"[body]", {"scheme", "centre", "free"}},
         {"[simulation]",
          {"gravity_m_s2", "duration_s", "dt_s", "integrator", "precision", "threads", "max_substeps",
-          "tolerance", "max_iterations", "equilibrium", "residual_n", "every"}},
+          "tolerance", "max_iterations", "linearised", "equilibrium", "residual_n", "every"}},
         {"[[force]]",
          {"name", "vertex", "near", "newton", "inward", "radius", "start", "end", "ramp", "profile"}},
         {"[[pin]]", {"vertices", "near", "radius", "path"}},

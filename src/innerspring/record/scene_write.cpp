@@ -131,6 +131,7 @@ std::string to_toml(const Scene& scene) {
     out += fmt::format("precision = \"{}\"\n", to_string(step.precision));
     out += fmt::format("threads = {}\nmax_substeps = {}\ntolerance = {}\nmax_iterations = {}\n", step.threads,
                        step.max_substeps, real(step.tolerance), step.max_iterations);
+    out += fmt::format("linearised = {}\n", step.linearised);
     out += fmt::format("equilibrium = {}\nresidual_n = {}\nevery = {}\n", scene.equilibrium,
                        real(scene.residual_n), scene.every);
 

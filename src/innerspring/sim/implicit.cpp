@@ -62,6 +62,7 @@ void ImplicitSolver::factorize(const Loads& loads) {
 void ImplicitSolver::adapt(const SurfaceChange& surface, const BodyChange& change) {
     resize();
     set_stiffness();
+    net_.adapt();
     // Pins may have come and gone with the vertices: then all is factorised anew in the next step.
     if (!factorized_ || !pinned_.empty()) {
         inverse_.adapt_order(body_, surface, change);
@@ -283,7 +284,20 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
     // Below the rounding of the terms that are summed there is nothing left to gain.
     const double rounding = 4e-15 * std::sqrt(rounding2),
                  goal = std::max(options.tolerance * scale, rounding);
-    report.converged = descend(goal, rounding, std::min(options.max_iterations, most_quick), report);
+    const auto newton = [&] {
+        Newton::Goal to{goal, scale, options.max_iterations,
+                        std::max(1, options.max_iterations - report.iterations)};
+        if (options.linearised) to.most_iterations = 1, to.model = std::min(options.tolerance, to.model);
+        const Newton::Report done = newton_.run(*this, at_.x, at_.g, at_.value, to);
+        report.converged = done.reached || (options.linearised && done.stepped);
+        report.iterations += done.products + done.evaluations;
+        at_.value = done.value, at_.residual = done.residual;
+        inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
+    };
+    if (options.linearised)
+        newton();
+    else
+        report.converged = descend(goal, rounding, std::min(options.max_iterations, most_quick), report);
     // Phi at x^n is at least resting / 2. Never end above it, so that the energy never exceeds what the loads
     // and inertia bring.
     if (!report.converged || at_.value > resting / 2) {
@@ -295,16 +309,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             std::swap(at_, trial_);
             report.converged = at_.residual <= goal;
         }
-        if (!report.converged) {
-            const Newton::Report rest =
-                newton_.run(*this, at_.x, at_.g, at_.value,
-                            {goal, scale, options.max_iterations,
-                             std::max(1, options.max_iterations - report.iterations)});
-            report.converged = rest.reached;
-            report.iterations += rest.products + rest.evaluations;
-            at_.residual = rest.residual;
-            inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
-        }
+        if (!report.converged) newton();
     }
     report.residual = at_.residual;
     if (body_.free && pinned_.empty()) correct_rigidly();

@@ -5,48 +5,48 @@
 
 namespace innerspring {
 
-Net::Net(const Body& body) : body_(body) {}
+Net::Net(const Body& body) : body_(body) {
+    adapt();
+}
+
+void Net::adapt() {
+    rows_.clear(), spokes_.clear();
+    for (std::size_t i = 0; i < body_.vertices(); ++i) {
+        const auto spokes = body_.spokes_of(i);
+        rows_.push_back({std::uint32_t(spokes_.size()), std::uint32_t(spokes.size())});
+        for (const Spoke& spoke : spokes) spokes_.push_back({spoke.neighbour, spoke.edge});
+    }
+}
 
 Net::Value Net::evaluate(const std::vector<Vector>& x, std::span<const double> d,
                          const std::vector<Vector>& z, const std::vector<bool>& pinned,
                          std::vector<Vector>& g, Team& team) {
+    static_assert(sizeof(Vector) == 3 * sizeof(double) && sizeof(Edge) == 2 * sizeof(std::uint32_t));
     const std::size_t n = x.size(), edges = body_.k.size();
     s_.resize(edges);
+    const VectorKernels& kernels = *vector_kernels().front();
+    const NetPass pass{
+        &body_.edges.front().a, body_.k.data(),   body_.rest_length.data(), s_.data(), rows_.data(),
+        spokes_.data(),         x.front().data(), z.front().data(),         d.data(),  g.front().data()};
+    Value value;
     blocks_.assign(block_count(edges), {});
     team.run(blocks_.size(), [&](std::size_t block) {
-        using Array = Eigen::Array<double, Eigen::Dynamic, 1, 0, int(block_size), 1>;
-        const std::size_t first = block * block_size, count = std::min(edges - first, block_size);
-        Array length(int(count), 1);
-        for (std::size_t e = 0; e < count; ++e) {
-            const Edge& edge = body_.edges[first + e];
-            length[int(e)] = (x[edge.b] - x[edge.a]).squaredNorm();
-        }
-        const Eigen::Map<const Eigen::ArrayXd> k(body_.k.data() + first, Eigen::Index(count)),
-            rest(body_.rest_length.data() + first, Eigen::Index(count));
-        // A spring of no length has no direction: no force.
-        length = (length > 0).select(length.sqrt(), rest);
-        const Array stretch = length - rest, pull = k * stretch;
-        blocks_[block].surface = (pull * stretch).sum() / 2;
-        Eigen::Map<Eigen::ArrayXd>(s_.data() + first, Eigen::Index(count)) = pull / length;
+        const std::size_t first = block * block_size, last = std::min(edges, first + block_size);
+        blocks_[block].surface = kernels.stretch(pass, first, last);
     });
-    Value value;
-    for (const Value& block : blocks_) value.surface += block.surface;
+    for (const Value& block : blocks_) value.surface += block.surface / 2;
     blocks_.assign(block_count(n), {});
     team.run(blocks_.size(), [&](std::size_t block) {
-        Value sum;
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            if (pinned[i]) {
-                g[i].setZero();
-                continue;
-            }
-            const Vector x_i = x[i], from = x_i - z[i];
-            Vector f = d[i] * from;
-            sum.places += d[i] * from.squaredNorm();
-            for (const Spoke& spoke : body_.spokes_of(i)) f += s_[spoke.edge] * (x_i - x[spoke.neighbour]);
-            g[i] = f;
-            sum.gradient2 += f.squaredNorm();
+        NetSums sums;
+        const std::size_t last = std::min(n, (block + 1) * block_size);
+        for (std::size_t i = block * block_size; i < last;) {
+            std::size_t end = i;
+            while (end < last && !pinned[end]) ++end;
+            kernels.pull(pass, i, end, sums);
+            for (i = end; i < last && pinned[i]; ++i) g[i].setZero();
         }
-        blocks_[block] = sum;
+        blocks_[block].places = (sums.places[0] + sums.places[1]) + sums.places[2];
+        blocks_[block].gradient2 = (sums.gradient2[0] + sums.gradient2[1]) + sums.gradient2[2];
     });
     for (const Value& block : blocks_) value.places += block.places / 2, value.gradient2 += block.gradient2;
     return value;

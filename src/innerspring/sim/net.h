@@ -1,5 +1,6 @@
 #pragma once
 #include "innerspring/sim/forces.h"
+#include "innerspring/sim/vector_kernels.h"
 
 namespace innerspring {
 
@@ -11,6 +12,7 @@ namespace innerspring {
 class Net {
   public:
     explicit Net(const Body& body);
+    void adapt();  ///< to the body's springs as they are now
 
     struct Value {
         double surface = 0, places = 0;  ///< both sums [J]
@@ -30,9 +32,11 @@ class Net {
 
   private:
     const Body& body_;
-    std::vector<double> s_;       ///< per edge: k (1 - l/|d|), of the last evaluate()
-    std::vector<Vector> along_;   ///< per edge: sqrt(k l/|d|) u, of the last linearise()
-    std::vector<double> across_;  ///< per edge: k (1 - l/|d|), of the last linearise()
+    std::vector<NetRow> rows_;      ///< per vertex
+    std::vector<NetSpoke> spokes_;  ///< close together
+    std::vector<double> s_;         ///< per edge: k (1 - l/|d|), of the last evaluate()
+    std::vector<Vector> along_;     ///< per edge: sqrt(k l/|d|) u, of the last linearise()
+    std::vector<double> across_;    ///< per edge: k (1 - l/|d|), of the last linearise()
     std::vector<Value> blocks_;
 };
 

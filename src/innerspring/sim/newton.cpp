@@ -65,8 +65,9 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
         ++report.iterations;
         f.linearise(x);
         // As exact as the residual is small, which makes the end quadratic; not much more exact than needed.
-        const double relative = std::clamp(std::sqrt(30 * report.residual / goal.scale),
-                                           std::min(0.1, 1e-3 * goal.residual / report.residual), 0.1);
+        const double relative =
+            std::clamp(std::sqrt(30 * report.residual / goal.scale),
+                       std::min(goal.model, 1e-3 * goal.residual / report.residual), goal.model);
         model(f, g, relative, std::min(1000, goal.most_products - report.products));
         report.products += products_;
         double slope = 0;
@@ -91,6 +92,7 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
                 share *= std::clamp(-share * slope / (2 * (change - share * slope)), 0.1, 0.5);
             }
         }
+        report.stepped = quality >= 0;
         if (quality < 0) {
             if (!(radius_ > 1e-12 * length_)) break;
             radius_ = 1e-3 * length_;

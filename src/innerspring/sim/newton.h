@@ -33,9 +33,11 @@ class Newton {
         double scale;     ///< [N]; what makes a residual small
         int most_iterations = 500;
         int most_products = 1 << 30;  ///< in all
+        double model = 0.1;           ///< the steps' linear systems are solved no less exactly than so
     };
     struct Report {
         bool reached = false;
+        bool stepped = false;  ///< the last iteration found a step
         double value = 0, residual = 0;
         int iterations = 0, products = 0, evaluations = 0;
     };

@@ -56,11 +56,11 @@ struct Workspace::Data {
 
 namespace {
 
-/// Beyond so many sub-steps `auto` goes implicit (bench_solve, millisecond): at 10 242 vertices each
-/// evaluation of an implicit step, with its solve, costs as much as about 11 sub-steps, and a step takes
-/// about 3 + 2 log10(1e-3 / tolerance) of them.
+/// Beyond so many sub-steps `auto` goes implicit (bench_solve, millisecond): each evaluation of an implicit
+/// step, with its solve, costs as much as six to seven sub-steps, and a step takes about
+/// 3 + 2 log10(1e-3 / tolerance) of them.
 double implicit_pays_from(double tolerance) {
-    return 11 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
+    return 6.5 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
 }
 
 Index first_bad(const std::vector<Index>& blocks) {

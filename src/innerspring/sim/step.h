@@ -32,7 +32,11 @@ struct StepOptions {
     /// balance where each vertex keeps its velocity (at most what would stop it in one step). The default
     /// leaves an error well below that of the step.
     double tolerance = 1e-3;
-    int max_iterations = 500;               ///< implicit: per step
+    int max_iterations = 500;  ///< implicit: per step
+    /// implicit: one Newton step with the true tangent from where each vertex flies on (as Baraff & Witkin
+    /// 1998, but never to more energy than standing still), its linear system solved to `tolerance`. For
+    /// comparison with solvers that do so; the default is closer and mostly faster.
+    bool linearised = false;
     bool volume = false;                    ///< report Eq. 4's volume before each step
     const VectorKernels* kernel = nullptr;  ///< single precision: null is the fastest this processor has
 };
@@ -42,7 +46,7 @@ struct StepReport {
     int substeps = 0;             ///< symplectic Euler steps taken
     int iterations = 0;           ///< implicit: evaluations of the forces
     double residual = 0;          ///< implicit: Euclidean norm of what is left [N]
-    bool converged = true;        ///< implicit: residual below the tolerance
+    bool converged = true;        ///< implicit: residual below the tolerance; linearised: a step was found
     double volume = 0;            ///< with StepOptions::volume: Eq. 4 before the step [m^3]
     Index not_finite = no_index;  ///< first vertex that left the numbers; the state is then the last good one
 };

@@ -1,3 +1,4 @@
+#include "innerspring/sim/net_simd.h"
 #include "innerspring/sim/packed_simd.h"
 #include "innerspring/sim/panel_simd.h"
 
@@ -5,7 +6,8 @@ namespace innerspring {
 
 const VectorKernels* avx512_kernels() {
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
-    static const VectorKernels kernels{"avx512", advance_slices<Avx512>, multiply_panel<Avx512>};
+    static const VectorKernels kernels{"avx512", advance_slices<Avx512>, multiply_panel<Avx512>, stretch_avx2,
+                                       pull_avx2};
     return &kernels;
 #else
     return nullptr;

@@ -61,6 +61,30 @@ struct PanelProduct {
     Real* out;  ///< fours, aligned to 16 B
 };
 
+/// A neighbour and the edge to it.
+struct NetSpoke {
+    std::uint32_t neighbour, edge;
+};
+struct NetRow {
+    std::uint32_t first, count;  ///< of the spokes
+};
+
+/// What Net::evaluate reads and writes (net.h), in double.
+struct NetPass {
+    const std::uint32_t* ends;  ///< two per edge
+    const double *k, *rest;     ///< per edge
+    double* s;                  ///< per edge
+    const NetRow* rows;         ///< per vertex
+    const NetSpoke* spokes;
+    const double *x, *z;  ///< three per vertex
+    const double* d;      ///< per vertex
+    double* g;            ///< three per vertex
+};
+/// Per axis: sum of d_i (x_i - z_i)^2 and of g_i^2.
+struct NetSums {
+    double places[3] = {0, 0, 0}, gradient2[3] = {0, 0, 0};
+};
+
 /// The inner loops for one instruction set. Null pointers to these where the library was built for another
 /// processor.
 struct VectorKernels {
@@ -72,6 +96,12 @@ struct VectorKernels {
     bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, double* volume);
 
     void (*multiply)(const PanelProduct<float>& product);
+
+    /// Edges [first, last): s = k (1 - l/|d|); returns sum k (|d| - l)^2.
+    double (*stretch)(const NetPass& pass, std::size_t first, std::size_t last);
+
+    /// Vertices [first, last): g_i = d_i (x_i - z_i) + sum_j s_ij (x_i - x_j), adding to the sums.
+    void (*pull)(const NetPass& pass, std::size_t first, std::size_t last, NetSums& sums);
 };
 
 const VectorKernels* avx512_kernels();

@@ -1,10 +1,12 @@
+#include "innerspring/sim/net_simd.h"
 #include "innerspring/sim/packed_simd.h"
 #include "innerspring/sim/panel_simd.h"
 
 namespace innerspring {
 
 const VectorKernels* portable_kernels() {
-    static const VectorKernels kernels{"portable", advance_slices<Portable>, multiply_plain<float>};
+    static const VectorKernels kernels{"portable", advance_slices<Portable>, multiply_plain<float>,
+                                       stretch_plain, pull_plain};
     return &kernels;
 }
 

@@ -1,3 +1,4 @@
+#include "innerspring/sim/net_simd.h"
 #include "innerspring/sim/packed_simd.h"
 #include "innerspring/sim/panel_simd.h"
 
@@ -5,7 +6,8 @@ namespace innerspring {
 
 const VectorKernels* sse2_kernels() {
 #if defined(__x86_64__)
-    static const VectorKernels kernels{"sse2", advance_slices<Sse2>, multiply_panel<Sse2>};
+    static const VectorKernels kernels{"sse2", advance_slices<Sse2>, multiply_panel<Sse2>, stretch_plain,
+                                       pull_plain};
     return &kernels;
 #else
     return nullptr;
