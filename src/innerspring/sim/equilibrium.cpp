@@ -90,6 +90,8 @@ struct Problem : Minimand {
 
     double precondition(const Field& r, Field& z) override { return inverse->apply(r, z); }
 
+    void settle(Field& x) override { net.settle(x, body.K, place, pinned, 40); }
+
     /// What rounding leaves of a sum of spring forces that cancel [N].
     double rounding(const Field& x) const {
         double stiffest = 0, farthest = 0;

@@ -129,6 +129,10 @@ double ImplicitSolver::precondition(const Field& r, Field& z) {
     return inverse_.apply(r, z);
 }
 
+void ImplicitSolver::settle(Field& x) {
+    net_.settle(x, d_, z_, is_pinned_, 40);
+}
+
 /// direction_ = -(L-BFGS matrix)^-1 gradient (two-loop recursion, Nocedal 1980); returns its slope.
 double ImplicitSolver::direction(const Field& gradient) {
     double alpha[remembered_pairs];

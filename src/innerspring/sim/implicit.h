@@ -52,6 +52,7 @@ class ImplicitSolver : private Minimand {
     void linearise(const Field& x) override;
     double multiply(const Field& p, Field& q) override;
     double precondition(const Field& r, Field& z) override;
+    void settle(Field& x) override;
 
     const Body& body_;
     double h_;

@@ -1,9 +1,26 @@
 #include "innerspring/sim/net.h"
 
-#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace innerspring {
+
+namespace {
+
+/// work(from, to) for the runs of vertices in [first, last) that are not pinned; zero for those that are.
+template <class Work>
+void each_run(std::size_t first, std::size_t last, const std::vector<bool>& pinned, std::vector<Vector>& out,
+              Work work) {
+    for (std::size_t i = first; i < last;) {
+        std::size_t end = i;
+        while (end < last && !pinned[end]) ++end;
+        work(i, end);
+        for (i = end; i < last && pinned[i]; ++i) out[i].setZero();
+    }
+}
+
+}  // namespace
 
 Net::Net(const Body& body) : body_(body) {
     adapt();
@@ -38,13 +55,8 @@ Net::Value Net::evaluate(const std::vector<Vector>& x, std::span<const double> d
     blocks_.assign(block_count(n), {});
     team.run(blocks_.size(), [&](std::size_t block) {
         NetSums sums;
-        const std::size_t last = std::min(n, (block + 1) * block_size);
-        for (std::size_t i = block * block_size; i < last;) {
-            std::size_t end = i;
-            while (end < last && !pinned[end]) ++end;
-            kernels.pull(pass, i, end, sums);
-            for (i = end; i < last && pinned[i]; ++i) g[i].setZero();
-        }
+        each_run(block * block_size, std::min(n, (block + 1) * block_size), pinned, g,
+                 [&](std::size_t first, std::size_t last) { kernels.pull(pass, first, last, sums); });
         blocks_[block].places = (sums.places[0] + sums.places[1]) + sums.places[2];
         blocks_[block].gradient2 = (sums.gradient2[0] + sums.gradient2[1]) + sums.gradient2[2];
     });
@@ -54,19 +66,17 @@ Net::Value Net::evaluate(const std::vector<Vector>& x, std::span<const double> d
 
 void Net::linearise(const std::vector<Vector>& x, Team& team) {
     const std::size_t edges = body_.k.size();
-    along_.resize(edges), across_.resize(edges);
+    tangent_.resize(edges);
     team.run(block_count(edges), [&](std::size_t block) {
         for (std::size_t e = block * block_size; e < std::min(edges, (block + 1) * block_size); ++e) {
             const Edge& edge = body_.edges[e];
             const Vector d = x[edge.b] - x[edge.a];
-            const double length = d.norm(), k = body_.k[e];
-            if (length > 0) {
-                across_[e] = k * (1 - body_.rest_length[e] / length);
-                along_[e] = std::sqrt(k * body_.rest_length[e] / length) / length * d;
-            } else {
-                across_[e] = k;
-                along_[e].setZero();
-            }
+            const double length = d.norm(), k = body_.k[e], rest = body_.rest_length[e];
+            Eigen::Vector4d& t = tangent_[e];
+            if (length > 0)
+                t << std::sqrt(k * rest / length) / length * d, k * (1 - rest / length);
+            else
+                t << 0, 0, 0, k;
         }
     });
 }
@@ -74,29 +84,50 @@ void Net::linearise(const std::vector<Vector>& x, Team& team) {
 double Net::multiply(std::span<const double> d, const std::vector<Vector>& p, const std::vector<bool>& pinned,
                      std::vector<Vector>& q, Team& team) {
     const std::size_t n = p.size();
+    const VectorKernels& kernels = *vector_kernels().front();
+    const TangentPass pass{tangent_.front().data(), rows_.data(),    spokes_.data(), d.data(),
+                           p.front().data(),        q.front().data()};
     blocks_.assign(block_count(n), {});
     team.run(blocks_.size(), [&](std::size_t block) {
-        double sum = 0;
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            if (pinned[i]) {
-                q[i].setZero();
-                continue;
-            }
-            const Vector p_i = p[i];
-            Vector f = d[i] * p_i;
-            for (const Spoke& spoke : body_.spokes_of(i)) {
-                const Vector by = p_i - p[spoke.neighbour];
-                const Vector& u = along_[spoke.edge];
-                f += across_[spoke.edge] * by + u.dot(by) * u;
-            }
-            q[i] = f;
-            sum += f.dot(p_i);
-        }
-        blocks_[block].places = sum;
+        double sums[3] = {0, 0, 0};
+        each_run(block * block_size, std::min(n, (block + 1) * block_size), pinned, q,
+                 [&](std::size_t first, std::size_t last) { kernels.tangent(pass, first, last, sums); });
+        blocks_[block].places = (sums[0] + sums[1]) + sums[2];
     });
     double sum = 0;
     for (const Value& block : blocks_) sum += block.places;
     return sum;
+}
+
+void Net::settle(std::vector<Vector>& x, std::span<const double> d, const std::vector<Vector>& z,
+                 const std::vector<bool>& pinned, int sweeps) {
+    // p_i against its neighbours' -p_i meets d_i + 2 sum across; half of what makes that negative is enough.
+    loose_.clear();
+    for (Index i = 0; i < x.size(); ++i) {
+        double pressed = 0;
+        for (const Spoke& spoke : body_.spokes_of(i)) pressed -= std::min(0.0, tangent_[spoke.edge][3]);
+        if (8 * pressed > d[i] && !pinned[i]) loose_.push_back(i);
+    }
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        for (const Index i : loose_) {
+            const Vector x_i = x[i];
+            Vector g = d[i] * (x_i - z[i]);
+            double across = d[i];
+            Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+            for (const Spoke& spoke : body_.spokes_of(i)) {
+                const Vector by = x_i - x[spoke.neighbour];
+                const double square = by.squaredNorm();
+                if (!(square > 0)) continue;
+                const double s = spoke.k * (1 - spoke.rest / std::sqrt(square)), positive = std::max(0.0, s);
+                g += s * by;
+                across += positive;
+                H.noalias() += ((spoke.k - positive) / square) * by * by.transpose();
+            }
+            H.diagonal().array() += across;
+            x[i] -= H.inverse() * g;
+        }
+        std::reverse(loose_.begin(), loose_.end());
+    }
 }
 
 }  // namespace innerspring

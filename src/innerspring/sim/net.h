@@ -30,13 +30,21 @@ class Net {
     double multiply(std::span<const double> d, const std::vector<Vector>& p, const std::vector<bool>& pinned,
                     std::vector<Vector>& q, Team& team);
 
+    /// Lowers Phi vertex by vertex where springs were pressed hard enough in the last linearise() to give way
+    /// sideways (ours): a sweep of small Newton steps, each with its neighbours held, to and fro, `sweeps`
+    /// times. A net without resistance to bending wrinkles from one vertex to the next, which costs Newton's
+    /// method a step for every few of them, and this next to nothing.
+    void settle(std::vector<Vector>& x, std::span<const double> d, const std::vector<Vector>& z,
+                const std::vector<bool>& pinned, int sweeps);
+
   private:
     const Body& body_;
     std::vector<NetRow> rows_;      ///< per vertex
     std::vector<NetSpoke> spokes_;  ///< close together
     std::vector<double> s_;         ///< per edge: k (1 - l/|d|), of the last evaluate()
-    std::vector<Vector> along_;     ///< per edge: sqrt(k l/|d|) u, of the last linearise()
-    std::vector<double> across_;    ///< per edge: k (1 - l/|d|), of the last linearise()
+    /// Per edge sqrt(k l/|d|) u and k (1 - l/|d|), of the last linearise().
+    std::vector<Eigen::Vector4d> tangent_;
+    std::vector<Index> loose_;  ///< see settle()
     std::vector<Value> blocks_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// The two passes of Net::evaluate, plain and with four doubles at a time. Every sum goes in the order of the
-// plain ones: the same bits from both.
+// The passes of Net::evaluate and Net::multiply, plain and with four doubles at a time. Every sum goes in the
+// order of the plain ones: the same bits from both.
 #include <cmath>
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -39,6 +39,25 @@ inline void pull_plain(const NetPass& p, std::size_t first, std::size_t last, Ne
             p.g[3 * i + axis] = f;
             sums.places[axis] += own * from, sums.gradient2[axis] += f * f;
         }
+}
+
+inline void tangent_plain(const TangentPass& t, std::size_t first, std::size_t last, double* sums) {
+    for (std::size_t i = first; i < last; ++i) {
+        const double* p = t.p + 3 * i;
+        double f[3] = {t.d[i] * p[0], t.d[i] * p[1], t.d[i] * p[2]};
+        for (const NetSpoke *spoke = t.spokes + t.rows[i].first, *end = spoke + t.rows[i].count; spoke != end;
+             ++spoke) {
+            const double *u = t.edges + 4 * std::size_t(spoke->edge),
+                         *n = t.p + 3 * std::size_t(spoke->neighbour);
+            const double by[3] = {p[0] - n[0], p[1] - n[1], p[2] - n[2]};
+            const double along = (u[0] * by[0] + u[1] * by[1]) + u[2] * by[2];
+            for (int axis = 0; axis < 3; ++axis) f[axis] += u[3] * by[axis] + along * u[axis];
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            t.q[3 * i + axis] = f[axis];
+            sums[axis] += p[axis] * f[axis];
+        }
+    }
 }
 
 #if defined(__AVX2__)
@@ -93,6 +112,27 @@ void pull_avx2(const NetPass& p, std::size_t first, std::size_t last, NetSums& s
         gradient2 = _mm256_add_pd(gradient2, _mm256_mul_pd(f, f));
     }
     store_three(sums.places, places), store_three(sums.gradient2, gradient2);
+}
+
+void tangent_avx2(const TangentPass& t, std::size_t first, std::size_t last, double* sums) {
+    __m256d sum = load_three(sums);
+    for (std::size_t i = first; i < last; ++i) {
+        const __m256d p = load_three(t.p + 3 * i);
+        __m256d f = _mm256_mul_pd(_mm256_broadcast_sd(t.d + i), p);
+        for (const NetSpoke *spoke = t.spokes + t.rows[i].first, *end = spoke + t.rows[i].count; spoke != end;
+             ++spoke) {
+            const __m256d u = _mm256_loadu_pd(t.edges + 4 * std::size_t(spoke->edge));
+            const __m256d by = _mm256_sub_pd(p, load_three(t.p + 3 * std::size_t(spoke->neighbour)));
+            // (x + y, x + y, z + 0, z + 0), and the halves together
+            const __m256d product = _mm256_mul_pd(u, by), half = _mm256_hadd_pd(product, product);
+            const __m256d along = _mm256_add_pd(half, _mm256_permute2f128_pd(half, half, 1));
+            f = _mm256_add_pd(
+                f, _mm256_add_pd(_mm256_mul_pd(_mm256_permute4x64_pd(u, 0xff), by), _mm256_mul_pd(along, u)));
+        }
+        store_three(t.q + 3 * i, f);
+        sum = _mm256_add_pd(sum, _mm256_mul_pd(p, f));
+    }
+    store_three(sums, sum);
 }
 #endif
 

@@ -9,7 +9,7 @@ void add(double factor, const Minimand::Field& from, Minimand::Field& to) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
 }
 
-void Newton::model(Minimand& f, const Field& g, double relative, int most) {
+void Newton::model(Minimand& f, const Field& g, double relative, double enough, int most) {
     const std::size_t n = g.size();
     p_.assign(n, Vector::Zero());
     r_ = g;
@@ -18,18 +18,19 @@ void Newton::model(Minimand& f, const Field& g, double relative, int most) {
     double rz = f.precondition(r_, z_), pp = 0, pd = 0, dd = rz;
     const double goal = relative * relative * rz;
     for (std::size_t i = 0; i < n; ++i) d_[i] = -z_[i];
-    at_rim_ = false;
+    cut_short_ = false;
     gain_ = 0;
     auto advance = [&](double step, double slope, double curvature) {
         add(step, d_, p_);
         gain_ -= step * slope + step * step * curvature / 2;
     };
-    for (products_ = 0; products_ < most && rz > goal;) {
+    for (products_ = 0; products_ < most && rz > goal && f.residual(r_) > enough;) {
         const double curvature = f.multiply(d_, q_), slope = -rz;
         ++products_;
         const bool downhill = !(curvature > 0);
         if (downhill && !std::isfinite(radius_)) {  // the first time: no farther than so far, or a plain step
             radius_ = std::sqrt(products_ > 1 ? pp : dd);
+            cut_short_ = true;
             if (products_ > 1) break;
         }
         const double step = rz / curvature, after = pp + 2 * step * pd + step * step * dd;
@@ -37,7 +38,7 @@ void Newton::model(Minimand& f, const Field& g, double relative, int most) {
             const double left = std::max(0.0, radius_ * radius_ - pp);
             advance((-pd + std::sqrt(pd * pd + dd * left)) / dd, slope, curvature);
             pp = radius_ * radius_;
-            at_rim_ = true;
+            cut_short_ = true;
             break;
         }
         advance(step, slope, curvature);
@@ -64,11 +65,9 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
            report.products < goal.most_products) {
         ++report.iterations;
         f.linearise(x);
-        // As exact as the residual is small, which makes the end quadratic; not much more exact than needed.
-        const double relative =
-            std::clamp(std::sqrt(30 * report.residual / goal.scale),
-                       std::min(goal.model, 1e-3 * goal.residual / report.residual), goal.model);
-        model(f, g, relative, std::min(1000, goal.most_products - report.products));
+        // More exact as the residual gets small, which makes the end superlinear; no more exact than needed.
+        const double relative = std::min(goal.model, std::sqrt(1e4 * report.residual / goal.scale));
+        model(f, g, relative, 0.3 * goal.residual, std::min(1000, goal.most_products - report.products));
         report.products += products_;
         double slope = 0;
         for (std::size_t i = 0; i < n; ++i) slope += g[i].dot(p_[i]);
@@ -76,6 +75,7 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
         double share = 1, quality = -1;
         for (int cut = 0; cut < 12 && quality < 0; ++cut) {
             for (std::size_t i = 0; i < n; ++i) trial_[i] = x[i] + share * p_[i];
+            if (cut_short_) f.settle(trial_);
             const double e = f.evaluate(trial_, g_trial_), r = f.residual(g_trial_);
             ++report.evaluations;
             const double change = std::isfinite(e) ? e - report.value : std::numeric_limits<double>::max();
@@ -100,7 +100,7 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
             radius_ = std::min(radius_, 2 * share * length_);
         } else if (quality < 0.25) {
             radius_ = std::min(radius_, 0.5 * length_);
-        } else if (quality > 0.75 && at_rim_) {
+        } else if (quality > 0.75 && cut_short_) {
             radius_ *= 3;
         }
     }

@@ -17,14 +17,19 @@ class Minimand {
     virtual void linearise(const Field& x) = 0;                 ///< the Hessian H and the preconditioner M^-1
     virtual double multiply(const Field& p, Field& q) = 0;      ///< q = H p; returns p . q
     virtual double precondition(const Field& r, Field& z) = 0;  ///< z = M^-1 r; returns r . z
+
+    /// Called with a step on trial where the Hessian or the region says that it is too simple: may bring x to
+    /// a lower value by simpler means.
+    virtual void settle(Field& x) = 0;
 };
 
 /// to += factor from.
 void add(double factor, const Minimand::Field& from, Minimand::Field& to);
 
 /// Newton's method in a trust region |p|_M <= radius, its steps by conjugate gradients that stop at the rim
-/// (Steihaug 1983), shortened where that lowers the value (Nocedal & Yuan 1998). The value never rises.
-/// Fields are kept between runs, so that they are allocated once.
+/// (Steihaug 1983), shortened where that lowers the value (Nocedal & Yuan 1998). The value never rises. A
+/// step that was cut short is settled before it is judged. Fields are kept between runs, so that they are
+/// allocated once.
 class Newton {
   public:
     using Field = Minimand::Field;
@@ -33,7 +38,7 @@ class Newton {
         double scale;     ///< [N]; what makes a residual small
         int most_iterations = 500;
         int most_products = 1 << 30;  ///< in all
-        double model = 0.1;           ///< the steps' linear systems are solved no less exactly than so
+        double model = 0.1;           ///< how exactly the steps' linear systems are solved, unless less will do
     };
     struct Report {
         bool reached = false;
@@ -45,11 +50,11 @@ class Newton {
     Report run(Minimand& f, Field& x, Field& g, double value, const Goal& goal);
 
   private:
-    void model(Minimand& f, const Field& g, double relative, int most);
+    void model(Minimand& f, const Field& g, double relative, double enough, int most);
 
     double radius_ = std::numeric_limits<double>::infinity();
     Field p_, r_, z_, d_, q_;  ///< step, g + H p, M^-1 r, direction, H d
-    bool at_rim_ = false;
+    bool cut_short_ = false;   ///< by the rim or by a direction that goes downhill for ever
     int products_ = 0;
     double gain_ = 0, length_ = 0;  ///< -(g p + p H p / 2) [J], |p|_M
     Field trial_, g_trial_;

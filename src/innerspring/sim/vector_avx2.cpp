@@ -6,8 +6,8 @@ namespace innerspring {
 
 const VectorKernels* avx2_kernels() {
 #if defined(__AVX2__)
-    static const VectorKernels kernels{"avx2", advance_slices<Avx2>, multiply_panel<Avx2>, stretch_avx2,
-                                       pull_avx2};
+    static const VectorKernels kernels{"avx2",    advance_slices<Avx2>, multiply_panel<Avx2>, stretch_avx2,
+                                       pull_avx2, tangent_avx2};
     return &kernels;
 #else
     return nullptr;

@@ -80,6 +80,15 @@ struct NetPass {
     const double* d;      ///< per vertex
     double* g;            ///< three per vertex
 };
+/// What Net::multiply reads and writes: q = H p.
+struct TangentPass {
+    const double* edges;  ///< four per edge: sqrt(k l/|d|) u and k (1 - l/|d|)
+    const NetRow* rows;   ///< per vertex
+    const NetSpoke* spokes;
+    const double* d;  ///< per vertex
+    const double* p;  ///< three per vertex
+    double* q;        ///< three per vertex
+};
 /// Per axis: sum of d_i (x_i - z_i)^2 and of g_i^2.
 struct NetSums {
     double places[3] = {0, 0, 0}, gradient2[3] = {0, 0, 0};
@@ -102,6 +111,10 @@ struct VectorKernels {
 
     /// Vertices [first, last): g_i = d_i (x_i - z_i) + sum_j s_ij (x_i - x_j), adding to the sums.
     void (*pull)(const NetPass& pass, std::size_t first, std::size_t last, NetSums& sums);
+
+    /// Vertices [first, last): q_i = d_i p_i + sum_j across (p_i - p_j) + along along.(p_i - p_j), adding
+    /// p_i q_i to `sums`, per axis.
+    void (*tangent)(const TangentPass& pass, std::size_t first, std::size_t last, double* sums);
 };
 
 const VectorKernels* avx512_kernels();

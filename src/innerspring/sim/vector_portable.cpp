@@ -5,8 +5,9 @@
 namespace innerspring {
 
 const VectorKernels* portable_kernels() {
-    static const VectorKernels kernels{"portable", advance_slices<Portable>, multiply_plain<float>,
-                                       stretch_plain, pull_plain};
+    static const VectorKernels kernels{
+        "portable",   advance_slices<Portable>, multiply_plain<float>, stretch_plain, pull_plain,
+        tangent_plain};
     return &kernels;
 }
 
