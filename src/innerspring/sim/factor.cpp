@@ -155,8 +155,14 @@ void Factor::make(const Body& body, std::span<const double> d, const std::vector
         const Panel& theirs = panels_[std::size_t(from.node)];
         const int rows = theirs.r - segment.first, columns = segment.last - segment.first;
         product_.resize(rows, columns);
-        product_.noalias() = theirs.L.block(theirs.s + segment.first, 0, rows, theirs.s) *
-                             theirs.L.block(theirs.s + segment.first, 0, columns, theirs.s).transpose();
+        const auto A = theirs.L.block(theirs.s + segment.first, 0, rows, theirs.s);
+        const auto top = A.topRows(columns);
+        if (columns > 32) {  // of the square only the lower half
+            product_.topRows(columns).template triangularView<Eigen::Lower>() = top * top.transpose();
+            product_.bottomRows(rows - columns).noalias() = A.bottomRows(rows - columns) * top.transpose();
+        } else {
+            product_.noalias() = A * top.transpose();
+        }
         const int* places = other.rows.data() + segment.first;
         for (int j = 0; j < columns; ++j) {
             double* target = L.col(local_[std::size_t(places[j])]).data();
@@ -171,7 +177,10 @@ void Factor::make(const Body& body, std::span<const double> d, const std::vector
 
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(s, s);
     triangle.solveInPlace(inverse);
-    const Eigen::MatrixXd full = inverse.transpose() * inverse, below = low * inverse;
+    Eigen::MatrixXd full = Eigen::MatrixXd::Zero(s, s);
+    full.selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose());
+    full.triangularView<Eigen::StrictlyUpper>() = full.transpose();
+    const Eigen::MatrixXd below = low * inverse.triangularView<Eigen::Lower>();
     if (in_float_)
         keep(float_, panel, full, below);
     else
