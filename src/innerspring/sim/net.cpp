@@ -112,18 +112,21 @@ void Net::settle(std::vector<Vector>& x, std::span<const double> d, const std::v
         for (const Index i : loose_) {
             const Vector x_i = x[i];
             Vector g = d[i] * (x_i - z[i]);
-            double across = d[i];
-            Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+            double across = d[i], xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
             for (const Spoke& spoke : body_.spokes_of(i)) {
                 const Vector by = x_i - x[spoke.neighbour];
                 const double square = by.squaredNorm();
                 if (!(square > 0)) continue;
-                const double s = spoke.k * (1 - spoke.rest / std::sqrt(square)), positive = std::max(0.0, s);
+                const double inverse = 1 / std::sqrt(square), s = spoke.k * (1 - spoke.rest * inverse),
+                             positive = std::max(0.0, s), along = (spoke.k - positive) * inverse * inverse;
                 g += s * by;
                 across += positive;
-                H.noalias() += ((spoke.k - positive) / square) * by * by.transpose();
+                const Vector u = along * by;
+                xx += u.x() * by.x(), xy += u.x() * by.y(), xz += u.x() * by.z();
+                yy += u.y() * by.y(), yz += u.y() * by.z(), zz += u.z() * by.z();
             }
-            H.diagonal().array() += across;
+            Eigen::Matrix3d H;
+            H << xx + across, xy, xz, xy, yy + across, yz, xz, yz, zz + across;
             x[i] -= H.inverse() * g;
         }
         std::reverse(loose_.begin(), loose_.end());
