@@ -49,7 +49,7 @@ struct Stepping {
 
 /// Many, so that reading and writing the state does not count; fewer where they take long.
 int steps_at_a_time(const Body& body) {
-    return std::clamp(int(5e6 / double(body.vertices())), 10, 100);
+    return std::clamp(int(5e7 / double(body.vertices())), 10, 100);
 }
 
 struct Phase {

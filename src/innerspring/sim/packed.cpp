@@ -224,16 +224,22 @@ void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const Body
     }
 }
 
-// Either way round what is written lies in order, and what is read may be anywhere.
+// Either way round what is written lies in order, and what is read may be anywhere: it is asked for ahead.
+constexpr std::size_t ahead = 24;
 
 void load(Packed& p, const Body& body, const State& state, Team& team) {
-    const std::size_t slices = p.ranges.size();
+    const std::size_t slices = p.ranges.size(), last = p.vertex_at.size() - 1;
     each_block(p, blocks_of(slices), team, [&](std::size_t block) {
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
              ++s)
             for (std::size_t lane = 0; lane < slice_width; ++lane) {
                 const std::size_t place = s * slice_width + lane;
-                const Index i = p.vertex_at[place];
+                const Index i = p.vertex_at[place], later = p.vertex_at[std::min(place + ahead, last)];
+                if (later != no_index) {
+                    __builtin_prefetch(&state.x[later]);
+                    __builtin_prefetch(&state.v[later]);
+                    __builtin_prefetch(&body.rest.positions[later]);
+                }
                 if (i == no_index) continue;
                 const Vector u = p.scale * (state.x[i] - body.rest.positions[i]), v = p.scale * state.v[i];
                 for (int axis = 0; axis < 3; ++axis) p.rows[0][place].u[axis] = float(u[axis]);
@@ -247,7 +253,11 @@ void store(const Packed& p, const Body& body, State& state, Team& team) {
     const std::size_t n = p.place_of.size();
     each_block(p, block_count(n), team, [&](std::size_t block) {
         for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            const Index place = p.place_of[i];
+            const Index place = p.place_of[i], later = p.place_of[std::min(i + ahead, n - 1)];
+            __builtin_prefetch(&p.rows[0][later]);
+            __builtin_prefetch(&p.v[later / slice_width].x[later % slice_width]);
+            __builtin_prefetch(&p.v[later / slice_width].y[later % slice_width]);
+            __builtin_prefetch(&p.v[later / slice_width].z[later % slice_width]);
             const float* u = p.rows[0][place].u;
             const PackedVectors& v = p.v[place / slice_width];
             const std::size_t lane = place % slice_width;
@@ -268,6 +278,18 @@ void push(Packed& p, Index vertex, const Vector& velocity) {
     v.x[lane] += float(p.scale * velocity.x());
     v.y[lane] += float(p.scale * velocity.y());
     v.z[lane] += float(p.scale * velocity.z());
+}
+
+void push(Packed& p, const Body& body, std::span<const Index> vertices, std::span<const double> weights,
+          const Vector& impulse) {
+    const std::size_t count = vertices.size();
+    for (std::size_t n = 0; n < count; ++n) {
+        const Index later = p.place_of[vertices[std::min(n + ahead, count - 1)]];
+        __builtin_prefetch(&p.v[later / slice_width].x[later % slice_width], 1);
+        __builtin_prefetch(&p.v[later / slice_width].y[later % slice_width], 1);
+        __builtin_prefetch(&p.v[later / slice_width].z[later % slice_width], 1);
+        push(p, vertices[n], weights[n] / body.m[vertices[n]] * impulse);
+    }
 }
 
 void place(Packed& p, Index vertex, const Vector& displacement, const Vector& velocity) {

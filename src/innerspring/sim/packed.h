@@ -44,8 +44,13 @@ void adapt(Packed& packed, const Body& body, const SurfaceChange& surface, const
 void load(Packed& packed, const Body& body, const State& state, Team& team);
 void store(const Packed& packed, const Body& body, State& state, Team& team);
 
-/// Adds to the velocity of one vertex [m/s]; sets its displacement [m] and velocity.
+/// Adds to velocities [m/s]: to one vertex; to each of `vertices` what `impulse` [N s] gives its mass when it
+/// is spread with `weights`.
 void push(Packed& packed, Index vertex, const Vector& velocity);
+void push(Packed& packed, const Body& body, std::span<const Index> vertices, std::span<const double> weights,
+          const Vector& impulse);
+
+/// Sets displacement [m] and velocity of one vertex.
 void place(Packed& packed, Index vertex, const Vector& displacement, const Vector& velocity);
 
 /// Displacement from home of one vertex [m].

@@ -125,11 +125,8 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
 bool packed_substep(const Body& body, const Loads& loads, double time, double h, Workspace::Data& w,
                     double* volume) {
     Packed& p = *w.packed;
-    for (const Force& f : loads.forces) {
-        const Vector now = h * at(f.profile, time) * f.newton;
-        for (std::size_t n = 0; n < f.vertices.size(); ++n)
-            push(p, f.vertices[n], f.weights[n] / body.m[f.vertices[n]] * now);
-    }
+    for (const Force& f : loads.forces)
+        push(p, body, f.vertices, f.weights, h * at(f.profile, time) * f.newton);
     const VectorKernels& kernel = w.options.kernel ? *w.options.kernel : *vector_kernels().front();
     if (!advance(p, kernel, h, loads.gravity, w.team, volume)) return false;
     for (const Pin& pin : loads.pins) {
