@@ -48,8 +48,17 @@ void store(const Packed& packed, const Body& body, State& state, Team& team);
 void push(Packed& packed, Index vertex, const Vector& velocity);
 void place(Packed& packed, Index vertex, const Vector& displacement, const Vector& velocity);
 
-/// Displacement from home of one vertex [m].
+/// Displacement from home of one vertex [m], and before the last step; its velocity [m/s].
 Vector displacement(const Packed& packed, Index vertex);
+Vector displacement_before(const Packed& packed, Index vertex);
+Vector velocity(const Packed& packed, Index vertex);
+
+/// The largest displacement [m] and speed [m/s], per block of the loop that looks for them.
+struct LargestMotion {
+    std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
+    double displacement = 0, speed = 0;
+};
+void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
 /// The kernels this processor has, the fastest first; the last one is plain C++. They give the same bits.
 std::span<const PackedKernel* const> packed_kernels();
