@@ -40,9 +40,7 @@ double pressure(const Body& body, const VertexContact& contact) {
 void Contact::add(Point& p, const Vector& local, double offset, bool touching, double h) {
     const ToolData& tool = tools_[p.tool];
     p.surface = tool.next.world(local) + offset * p.normal;
-    // The same material point of the tool before.
-    const Vector before = tool.now.world(tool.next.local(p.surface));
-    p.velocity = (p.surface - before) / h;
+    p.velocity = (p.surface - tool.back.world(p.surface)) / h;  // of the same point of the tool
     p.x = Vector::Zero();
     p.inverse_mass = 0;
     for (int n = 0; n < p.count; ++n) {
@@ -50,9 +48,8 @@ void Contact::add(Point& p, const Vector& local, double offset, bool touching, d
         p.x += p.weights[n] * c.x;
         p.inverse_mass += p.weights[n] * p.weights[n] * c.inverse_mass;
     }
-    if (!(p.inverse_mass > 0)) return;
+    if (!(p.inverse_mass > 0)) return points_.pop_back();
     p.least = p.normal.dot(touching ? p.velocity : Vector((p.surface - p.x) / h));
-    points_.push_back(p);
 }
 
 void Contact::meet(const Tool& tool, const VertexPair& pair, double h) {
@@ -81,7 +78,7 @@ void Contact::meet(const Tool& tool, const VertexPair& pair, double h) {
             return;
         }
     }
-    Point p{};
+    Point& p = points_.emplace_back();
     p.corners = {pair.candidate, 0, 0}, p.weights = {1, 0, 0}, p.count = 1, p.tool = pair.tool;
     p.normal = data.next.R * normal;
     add(p, at, 0, touching, h);
@@ -112,6 +109,7 @@ void Contact::meet(const FacePair& pair, double h) {
     const double side0 = n0.dot(s0 - x0[0]), side1 = n1.dot(s1 - x1[0]);
     const double d0 = (s0 - on0.point).norm(), d1 = (s1 - on1.point).norm();
     Point p{};
+    p.x = p.surface = p.velocity = Vector::Zero();
     p.corners = {pair.corners[0], pair.corners[1], pair.corners[2]}, p.count = 3, p.tool = pair.tool;
     p.weights = on1.weights;
     bool touching = d0 - radius <= touch_;
@@ -154,7 +152,8 @@ void Contact::meet(const FacePair& pair, double h) {
     }
     // Corners are vertices and looked at as such, against the same ball.
     if (radius > 0 && *std::max_element(p.weights.begin(), p.weights.end()) == 1) return;
-    add(p, centre, radius, touching, h);
+    points_.push_back(p);
+    add(points_.back(), centre, radius, touching, h);
 }
 
 void Contact::apply(Point& p, const Vector& impulse) {
@@ -198,23 +197,31 @@ void Contact::settle(const Loads& loads) {
             alone = alone && c.place != 1;
             c.place = 1;
         }
+    if (alone) {
+        for (Point& p : points_) relax(p, loads.tools[p.tool].friction);
+        return;
+    }
+    steps_.assign(points_.size(), {});
     double before = 0;
-    for (int sweep = 0; sweep < (alone ? 1 : most_sweeps); ++sweep) {
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
         double largest = 0, changed = 0, square = 0;
-        for (Point& p : points_) {
+        for (std::size_t n = 0; n < points_.size(); ++n) {
+            Point& p = points_[n];
             const Vector j = p.jn * p.normal + p.jt;
             relax(p, loads.tools[p.tool].friction);
-            p.change = p.jn * p.normal + p.jt - j;
-            square += p.change.squaredNorm();
-            changed = std::max(changed, p.change.norm()), largest = std::max(largest, p.jn);
+            Steps& s = steps_[n];
+            s.change = p.jn * p.normal + p.jt - j;
+            square += s.change.squaredNorm();
+            changed = std::max(changed, s.change.norm()), largest = std::max(largest, p.jn);
         }
         if (changed <= settled * largest || sweep + 1 == most_sweeps) break;
         const double beta = before > 0 && square < before ? square / before : 0;
         before = square;
-        for (Point& p : points_) {
-            // On a step beyond what the constraints allow the next sweep projects.
-            apply(p, beta * p.direction);
-            p.direction = beta * p.direction + p.change;
+        for (std::size_t n = 0; n < points_.size(); ++n) {
+            // If this goes beyond what the constraints allow the next sweep projects.
+            Steps& s = steps_[n];
+            apply(points_[n], beta * s.direction);
+            s.direction = beta * s.direction + s.change;
         }
     }
 }
@@ -225,6 +232,8 @@ void Contact::resolve(const Loads& loads, double time, double h) {
     for (std::size_t k = 0; k < tools_.size(); ++k) {
         tools_[k].now = time == last_time_ ? tools_[k].now : tools_[k].next;
         tools_[k].next = placed(loads.tools[k], time + h);
+        tools_[k].back.R = tools_[k].now.R * tools_[k].next.R.transpose();
+        tools_[k].back.t = tools_[k].now.t - tools_[k].back.R * tools_[k].next.t;
         if (time != last_time_) report_.tools[k].points = 0;
     }
     last_time_ = time;

@@ -61,7 +61,7 @@ class Contact {
     };
 
     /// The body has changed.
-    void forget() { tree_.nodes.clear(); }
+    void forget() { vertex_tree_.nodes.clear(); }
 
     /// Before a step of dt [s] in sub-steps of h [s]: finds the candidates. `stiffness` [1/s^2] bounds how
     /// the springs accelerate them; x_of(vertex) is its position [m]. Costs as much as there is near the
@@ -70,7 +70,10 @@ class Contact {
     void begin(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
                double dt, double h, PositionOf&& x_of) {
         find(body, loads, motion, stiffness, time, dt, h);
-        for (Candidate& c : candidates_) c.start = x_of(c.vertex);
+        x_.clear();
+        for (const auto& [vertex, tool] : found_) x_.push_back(x_of(vertex));
+        for (const auto& [triangle, tool] : found_faces_)
+            for (Index corner : body.rest.triangles[triangle]) x_.push_back(x_of(corner));
         narrow(body, loads);
     }
 
@@ -99,6 +102,7 @@ class Contact {
         double sweep = 0;         ///< how far its points move in this step [m]
         double turn = 0;          ///< the angle [1]
         Placed start, now, next;  ///< at the start of the step, before and after the sub-step
+        Placed back;              ///< from after the sub-step to before
     };
     struct VertexPair {
         Index candidate, tool;
@@ -120,7 +124,9 @@ class Contact {
         double least = 0;                  ///< n . v' is at least this [m/s]
         double inverse_mass = 0, jn = 0;
         Vector jt = Vector::Zero();
-        Vector change = Vector::Zero(), direction = Vector::Zero();  ///< of the impulse, by the solver
+    };
+    struct Steps {
+        Vector change = Vector::Zero(), direction = Vector::Zero();  ///< of a point's impulse
     };
     static Placed placed(const Tool& tool, double time);
     static Placed placed(const Pose& pose);
@@ -136,21 +142,24 @@ class Contact {
     void relax(Point& point, double friction);
     void settle(const Loads& loads);
 
-    BoxTree tree_;                     ///< of the triangles at rest
-    std::vector<double> longest_;      ///< per triangle: side at rest [m]
-    double mean_side_ = 0;             ///< [m]
-    std::vector<Index> candidate_of_;  ///< per vertex
+    BoxTree vertex_tree_, faces_tree_;               ///< at rest
+    std::vector<double> longest_;                    ///< per triangle: side at rest [m]
+    double mean_side_ = 0, largest_side_ = 0;        ///< [m]
+    std::vector<std::array<Index, 2>> found_;        ///< (vertex, tool)
+    std::vector<std::array<Index, 2>> found_faces_;  ///< (triangle, tool)
+    std::vector<Vector> x_;                          ///< of those, then of the corners of these [m]
+    std::vector<Index> candidate_of_;                ///< per vertex
+    std::vector<bool> pinned_;                       ///< per vertex
     std::vector<Candidate> candidates_;
     std::vector<ToolData> tools_;
-    std::vector<std::array<Index, 2>> found_;  ///< (candidate or triangle, tool)
-    std::vector<std::array<Index, 2>> found_faces_;
-    std::vector<Index> seen_;  ///< per vertex: the last tool it was found by, and
-    std::vector<bool> pinned_;
     std::vector<VertexPair> pairs_;
     std::vector<FacePair> faces_;
     std::vector<Point> points_;
-    double touch_ = 0;  ///< nearer than this is touching: rounding of positions [m]
-    double reach_ = 0;  ///< how far a vertex may move in this step [m]
+    std::vector<Steps> steps_;  ///< per point
+    double touch_ = 0;          ///< nearer than this is touching: rounding of positions [m]
+    /// How far a vertex is taken to move in this step: twice what the fastest does and a twentieth of what
+    /// springs could set free [m]. What goes farther into a tool is put out in the next step.
+    double reach_ = 0;
     double h_ = 0;
     double stiffness_ = 0, displacement_ = 0, last_time_ = 0;
     ContactReport report_;

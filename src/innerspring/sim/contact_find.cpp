@@ -16,15 +16,15 @@ Box grown(const Box& box, double by) {
     return {box.lower - Vector::Constant(by), box.upper + Vector::Constant(by)};
 }
 
-/// Calls fn(item) for every item of a tree of points in a leaf that overlaps `box`.
-template <class Function>
-void for_each_near(const BoxTree& tree, const Box& box, Function&& fn) {
+/// Calls fn(item) for every item in a leaf whose box, and those around it, are near(box).
+template <class Near, class Function>
+void for_each_near(const BoxTree& tree, Near&& near, Function&& fn) {
     std::array<Index, 128> stack;
     std::size_t top = 0;
     if (!tree.nodes.empty()) stack[top++] = 0;
     while (top > 0) {
         const BoxTree::Node& node = tree.nodes[stack[--top]];
-        if (!overlap(node.box, box)) continue;
+        if (!near(node.box)) continue;
         if (node.count == 0) {
             stack[top++] = node.first + 1;
             stack[top++] = node.first;
@@ -56,7 +56,7 @@ Contact::Placed Contact::placed(const Tool& tool, double time) {
 /// What depends on the body and the tools only, where they are new.
 void Contact::prepare(const Body& body, const Loads& loads, double time, double dt) {
     const std::size_t n = body.vertices();
-    if (tree_.nodes.empty()) {
+    if (vertex_tree_.nodes.empty()) {
         const auto& x = body.rest.positions;
         std::vector<Box> boxes;
         boxes.reserve(body.rest.triangles.size());
@@ -69,11 +69,14 @@ void Contact::prepare(const Body& body, const Loads& loads, double time, double 
                 std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()})));
             mean_side_ += longest_.back() / double(body.rest.triangles.size());
         }
-        tree_ = build_box_tree(boxes);
-        candidate_of_.assign(n, no_index), seen_.assign(n, no_index), pinned_.assign(n, false);
+        faces_tree_ = build_box_tree(boxes);
+        vertex_tree_ = build_point_tree(x, 8);
+        largest_side_ = *std::max_element(longest_.begin(), longest_.end());
+        candidate_of_.assign(n, no_index), pinned_.assign(n, false);
         // Pages that are not written to cost nothing.
         candidates_.clear(), candidates_.reserve(n), found_.reserve(n), pairs_.reserve(n), points_.reserve(n);
-        report_.vertices.reserve(n);
+        found_faces_.reserve(2 * n), faces_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n),
+            steps_.reserve(n);
         tools_.clear();
     }
     tools_.resize(loads.tools.size());
@@ -119,117 +122,89 @@ void Contact::find(const Body& body, const Loads& loads, const Motion& motion, d
     prepare(body, loads, time, dt);
     h_ = h, stiffness_ = stiffness, displacement_ = motion.displacement, last_time_ = -INFINITY;
     touch_ = 2e-7 * body.radius;
-    reach_ = 2 * motion.speed * dt + loads.gravity.norm() * dt * dt / 2 +
-             std::min(stiffness * dt * dt, 1.0) / 2 * motion.displacement;
-    candidates_.clear(), found_.clear(), found_faces_.clear();
+    reach_ = 2 * motion.speed * dt + loads.gravity.norm() * dt * dt / 2 + motion.displacement / 20;
+    found_.clear(), found_faces_.clear();
     report_.work = 0;
     for (ToolContact& t : report_.tools) t = {};
-    for (const Pin& pin : loads.pins)
-        for (Index i : pin.vertices) pinned_[i] = true;
-    std::array<Index, 128> stack;
     for (Index k = 0; k < tools_.size(); ++k) {
         const ToolData& data = tools_[k];
         const Tool& tool = loads.tools[k];
-        // Into the frame of the homes, which is where the tree is.
+        // Into the frame of the homes, which is where the trees are.
         const double reach = motion.displacement + reach_ + data.sweep;
         const Vector at = motion.frame.R.transpose() * (data.start.t - motion.frame.t);
         const Eigen::Matrix3d R = motion.frame.R.transpose() * data.start.R;
+        const Vector n = R.col(2), axis = n * tool.length / 2;
         const bool plane = tool.shape == ToolShape::plane;
-        // Half the size of the box around the tool, turned.
-        Vector half = Vector::Constant(data.bound);
-        if (tool.shape == ToolShape::capsule)
-            half = R.col(2).cwiseAbs() * tool.length / 2 + Vector::Constant(tool.radius);
-        const Box box = grown({at - half, at + half}, reach);
+        const double radius = tool.shape == ToolShape::mesh ? data.bound : tool.radius;
         const auto near = [&](const Box& b) {
-            if (!plane) return overlap(b, box);
-            const Vector n = R.col(2), centre = (b.lower + b.upper) / 2, size = (b.upper - b.lower) / 2;
-            const double turned = data.turn * ((centre - at).norm() + size.norm());
-            return n.dot(centre - at) - n.cwiseAbs().dot(size) <= reach + turned;
+            const Vector middle = (b.lower + b.upper) / 2 - at, half = (b.upper - b.lower) / 2;
+            if (plane)
+                return n.dot(middle) - n.cwiseAbs().dot(half) <=
+                       reach + data.turn * (middle.norm() + half.norm());
+            // From the box grown by the axis of a capsule (a point for others) to the tool's centre.
+            const Vector apart = (middle.cwiseAbs() - half - axis.cwiseAbs()).cwiseMax(0);
+            return apart.squaredNorm() <= (radius + reach) * (radius + reach);
         };
+        for_each_near(vertex_tree_, near, [&](Index i) { found_.push_back({i, k}); });
         const double coarse = data.probes.centres.empty() ? std::numeric_limits<double>::infinity()
                                                           : fine_side * data.probes.radius;
-        std::size_t top = 0;
-        stack[top++] = 0;
-        while (top > 0) {
-            const BoxTree::Node& node = tree_.nodes[stack[--top]];
-            if (!near(node.box)) continue;
-            if (node.count == 0) {
-                stack[top++] = node.first + 1;
-                stack[top++] = node.first;
-            }
-            for (Index slot = node.first; slot < node.first + node.count; ++slot) {
-                const Index t = tree_.items[slot];
-                for (Index i : body.rest.triangles[t])
-                    if (seen_[i] != k) {
-                        seen_[i] = k;
-                        found_.push_back({candidate(body, i), k});
-                    }
-                if (longest_[t] > coarse && near(tree_.boxes[slot])) {
-                    for (int side = 0; side < 3; ++side) candidate(body, across(body, t, side));
-                    found_faces_.push_back({t, k});
-                }
-            }
-        }
-        for (const auto& [c, tool_index] : found_)
-            if (tool_index == k) seen_[candidates_[c].vertex] = no_index;
+        if (largest_side_ > coarse)
+            for_each_near(faces_tree_, near, [&](Index t) {
+                if (longest_[t] > coarse) found_faces_.push_back({t, k});
+            });
     }
-    for (const Pin& pin : loads.pins)
-        for (Index i : pin.vertices) pinned_[i] = false;
 }
 
-/// Of those the ones that are near where the body is now; the others are left out.
+/// Of those the ones that are near where the body is now become candidates.
 void Contact::narrow(const Body& body, const Loads& loads) {
-    pairs_.clear(), faces_.clear();
-    for (const auto& [c, k] : found_) {
-        const ToolData& data = tools_[k];
-        Candidate& candidate = candidates_[c];
-        if (candidate.inverse_mass == 0) continue;
-        const Vector local = data.start.local(candidate.start);
-        double within = reach_ + data.sweep + 2 * touch_;
-        if (loads.tools[k].shape == ToolShape::plane) within += data.turn * local.norm();
-        const double near = within;
-        // Inside a mesh it counts however deep it is.
+    candidates_.clear(), pairs_.clear(), faces_.clear();
+    for (const Pin& pin : loads.pins)
+        for (Index i : pin.vertices) pinned_[i] = true;
+    const Vector* x = x_.data();
+    for (const auto& [i, k] : found_) {
         const Tool& tool = loads.tools[k];
+        const ToolData& data = tools_[k];
+        const Vector local = data.start.local(*x);
+        double near = reach_ + data.sweep + 2 * touch_;
+        if (tool.shape == ToolShape::plane) near += data.turn * local.norm();
+        double within = near;
+        // Inside a mesh it counts however deep it is.
         if (tool.shape == ToolShape::mesh && overlap(tool.mesh->tree.nodes[0].box, {local, local}))
             within = std::numeric_limits<double>::infinity();
         const double distance = nearest(tool, local, within).distance;
-        if (!(distance <= near)) continue;
-        candidate.place = 0;
-        pairs_.push_back({c, k, distance, local});
+        if (distance <= near && !pinned_[i]) {
+            const Index c = candidate(body, i);
+            candidates_[c].start = *x;
+            pairs_.push_back({c, k, distance, local});
+        }
+        ++x;
     }
     for (const auto& [t, k] : found_faces_) {
         const ToolData& data = tools_[k];
-        std::array<Index, 6> corners;
-        for (int n = 0; n < 3; ++n) {
-            corners[n] = candidate_of_[body.rest.triangles[t][n]];
-            corners[n + 3] = candidate_of_[across(body, t, n)];
-        }
-        const Vector &a = candidates_[corners[0]].start, &b = candidates_[corners[1]].start,
-                     &c = candidates_[corners[2]].start;
+        const Vector &a = *x++, &b = *x++, &c = *x++;
         const Vector middle = (a + b + c) / 3;
         const double size = std::sqrt(
             std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
         const double within = reach_ + data.sweep + data.probes.radius + 2 * touch_;
         const Vector local = data.start.local(middle);
-        for_each_near(data.probe_tree, grown({local, local}, size + within), [&](Index probe) {
+        const Box box = grown({local, local}, size + within);
+        const auto in_box = [&box](const Box& other) { return overlap(other, box); };
+        for_each_near(data.probe_tree, in_box, [&](Index probe) {
             const Vector s = data.start.world(data.probes.centres[probe]);
             const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
             if (distance > within) return;
-            for (Index corner : corners) candidates_[corner].place = 0;
-            faces_.push_back({corners, k, probe, distance - data.probes.radius});
+            FacePair pair{{}, k, probe, distance - data.probes.radius};
+            for (int n = 0; n < 3; ++n) {
+                pair.corners[n] = candidate(body, body.rest.triangles[t][n]);
+                candidates_[pair.corners[n]].start = n == 0 ? a : n == 1 ? b : c;
+                pair.corners[n + 3] = candidate(body, across(body, t, n));
+            }
+            faces_.push_back(pair);
         });
     }
-    Index kept = 0;
-    for (Candidate& c : candidates_) {
-        candidate_of_[c.vertex] = no_index;
-        if (c.place != no_index) c.place = kept++;
-    }
-    for (VertexPair& pair : pairs_) pair.candidate = candidates_[pair.candidate].place;
-    for (FacePair& pair : faces_)
-        for (Index& corner : pair.corners) corner = candidates_[corner].place;
-    for (const Candidate& c : candidates_)
-        if (c.place != no_index) candidates_[c.place] = c;
-    candidates_.erase(candidates_.begin() + kept, candidates_.end());
+    for (const Candidate& c : candidates_) candidate_of_[c.vertex] = no_index;
+    for (const Pin& pin : loads.pins)
+        for (Index i : pin.vertices) pinned_[i] = false;
 }
 
 }  // namespace innerspring

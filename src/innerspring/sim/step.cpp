@@ -73,13 +73,12 @@ Index first_bad(const std::vector<Index>& blocks) {
 }
 
 /// Before a step of dt with tools. In double precision all vertices are looked at for the bounds of the
-/// motion, in single find_largest() does it.
+/// motion, in single load() or find_largest() has done it.
 void begin_contact(const Body& body, const Loads& loads, double time, const State& state,
                    Workspace::Data& w) {
     const double dt = w.options.dt, h = dt / w.substeps;
     Contact::Motion motion;
     if (w.packed) {
-        find_largest(*w.packed, w.team, w.largest);
         motion.displacement = w.largest.displacement, motion.speed = w.largest.speed;
         w.contact.begin(body, loads, motion, w.bound.value, time, dt, h, [&](Index i) -> Vector {
             return body.rest.positions[i] + displacement(*w.packed, i);
@@ -297,10 +296,13 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
     const double dt = w.options.dt, h = dt / w.substeps;
     State now{state.time, state.steps, {}, {}};
     StepReport report;
-    load(*w.packed, body, state, w.team);
+    load(*w.packed, body, state, w.team, loads.tools.empty() ? nullptr : &w.largest);
     for (int n = 0; n < count; ++n) {
         const double end = end_of_step(now, dt);
-        if (!loads.tools.empty()) begin_contact(body, loads, now.time, state, w);
+        if (!loads.tools.empty()) {
+            if (n > 0) find_largest(*w.packed, w.team, w.largest);
+            begin_contact(body, loads, now.time, state, w);
+        }
         for (report.substeps = 0; report.substeps < w.substeps; ++report.substeps, now.time += h) {
             double* const volume = w.options.volume && report.substeps == 0 ? &report.volume : nullptr;
             if (!packed_substep(body, loads, now.time, h, w, volume)) {

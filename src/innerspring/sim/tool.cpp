@@ -49,22 +49,6 @@ void move_to(Tool& tool, double time, double dt, const Pose& target) {
     tool.path[1] = {time + dt, target};
 }
 
-Nearest nearest(const Tool& tool, const Vector& p, double within) {
-    switch (tool.shape) {
-        case ToolShape::plane:
-            return {p.z(), Vector::UnitZ()};
-        case ToolShape::mesh:
-            return nearest(*tool.mesh, p, within);
-        case ToolShape::sphere:
-        case ToolShape::capsule:
-            break;
-    }
-    Vector d = p;
-    d.z() -= std::clamp(p.z(), -tool.length / 2, tool.length / 2);
-    const double r = d.norm();
-    return {r - tool.radius, r > 0 ? Vector(d / r) : Vector(Vector::UnitX())};
-}
-
 Probes probes_of(const Tool& tool, double spacing) {
     Probes probes{{}, tool.radius};
     const auto along = [&](const Vector& a, const Vector& b, double step) {  // between the ends

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <memory>
 #include <string>
 
@@ -48,8 +49,15 @@ void move_to(Tool& tool, double time, double dt, const Pose& target);
 
 /// Signed distance to the tool's surface [m] and the unit normal there, of a point in the tool's own frame;
 /// infinite where a mesh is farther than `within` [m].
-Nearest nearest(const Tool& tool, const Vector& local,
-                double within = std::numeric_limits<double>::infinity());
+inline Nearest nearest(const Tool& tool, const Vector& p,
+                       double within = std::numeric_limits<double>::infinity()) {
+    if (tool.shape == ToolShape::plane) return {p.z(), Vector::UnitZ()};
+    if (tool.shape == ToolShape::mesh) return nearest(*tool.mesh, p, within);
+    const double half = tool.length / 2;
+    const Vector d(p.x(), p.y(), p.z() - std::clamp(p.z(), -half, half));
+    const double r = d.norm();
+    return {r - tool.radius, r > 0 ? Vector(d / r) : Vector(Vector::UnitX())};
+}
 
 /// What the tool touches faces with: balls within it, in its own frame. Where the triangles of the body are
 /// large beside the tool it can pass between the vertices, but not its probes.
