@@ -106,6 +106,7 @@ struct Problem : Minimand {
 }  // namespace
 
 void require_held(const Body& body, const Loads& loads) {
+    if (!loads.tools.empty()) throw InputError("an equilibrium knows no tools; step until the body rests");
     if (body.free && loads.pins.empty())
         throw InputError(
             "a free body has no equilibrium under its loads; hold it (no --free) or pin some vertices");
@@ -117,10 +118,12 @@ double load_sum(const Body& body, const Loads& loads, double time) {
     return sum;
 }
 
-double largest_imbalance(const Body& body, const Loads& loads, const State& state) {
+double largest_imbalance(const Body& body, const Loads& loads, const State& state,
+                         std::span<const VertexContact> touched) {
     Problem problem(body, loads, state.time, 1);
     Field g(body.vertices());
     problem.evaluate(state.x, g);
+    for (const VertexContact& c : touched) g[c.vertex] -= c.force;
     return largest_norm(g);
 }
 
