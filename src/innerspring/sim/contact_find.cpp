@@ -189,7 +189,7 @@ void Contact::narrow(const Body& body, const Loads& loads) {
         const Vector local = data.start.local(middle);
         const Box box = grown({local, local}, size + within);
         const auto in_box = [&box](const Box& other) { return overlap(other, box); };
-        for_each_near(data.probe_tree, in_box, [&](Index probe) {
+        for_each_near(data.probe_tree, in_box, [&, t = t, k = k](Index probe) {
             const Vector s = data.start.world(data.probes.centres[probe]);
             const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
             if (distance > within) return;
