@@ -224,24 +224,12 @@ void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const Body
     }
 }
 
-namespace {
-
-void collect(LargestMotion& largest, double scale) {
-    std::array<float, 2> most{0, 0};
-    for (const auto& [u2, v2] : largest.blocks) most = {std::max(most[0], u2), std::max(most[1], v2)};
-    largest.displacement = std::sqrt(double(most[0])) / scale;
-    largest.speed = std::sqrt(double(most[1])) / scale;
-}
-
-}  // namespace
-
 // Either way round what is written lies in order, and what is read may be anywhere.
 
-void load(Packed& p, const Body& body, const State& state, Team& team, LargestMotion* largest) {
+void load(Packed& p, const Body& body, const State& state, Team& team) {
     const std::size_t slices = p.ranges.size();
-    if (largest) largest->blocks.resize(blocks_of(slices));
     each_block(p, blocks_of(slices), team, [&](std::size_t block) {
-        double u2 = 0, v2 = 0;
+        const FlushDenormals flush;  // the kernel takes them as 0 too
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
              ++s)
             for (std::size_t lane = 0; lane < slice_width; ++lane) {
@@ -251,11 +239,8 @@ void load(Packed& p, const Body& body, const State& state, Team& team, LargestMo
                 const Vector u = p.scale * (state.x[i] - body.rest.positions[i]), v = p.scale * state.v[i];
                 for (int axis = 0; axis < 3; ++axis) p.rows[0][place].u[axis] = float(u[axis]);
                 p.v[s].x[lane] = float(v.x()), p.v[s].y[lane] = float(v.y()), p.v[s].z[lane] = float(v.z());
-                u2 = std::max(u2, u.squaredNorm()), v2 = std::max(v2, v.squaredNorm());
             }
-        if (largest) largest->blocks[block] = {float(u2), float(v2)};
     });
-    if (largest) collect(*largest, p.scale);
 }
 
 void store(const Packed& p, const Body& body, State& state, Team& team) {
@@ -309,7 +294,10 @@ void find_largest(const Packed& p, Team& team, LargestMotion& largest) {
         largest.blocks[block] = {*std::max_element(u2.begin(), u2.end()),
                                  *std::max_element(v2.begin(), v2.end())};
     });
-    collect(largest, p.scale);
+    std::array<float, 2> most{0, 0};
+    for (const auto& [u2, v2] : largest.blocks) most = {std::max(most[0], u2), std::max(most[1], v2)};
+    largest.displacement = std::sqrt(double(most[0])) / p.scale;
+    largest.speed = std::sqrt(double(most[1])) / p.scale;
 }
 
 void push(Packed& p, Index vertex, const Vector& velocity) {

@@ -40,15 +40,8 @@ Packed pack(const Body& body);
 /// Follows a refinement or coarsening in place; as costly as the change. The motion must be loaded anew.
 void adapt(Packed& packed, const Body& body, const SurfaceChange& surface, const BodyChange& change);
 
-/// The largest displacement [m] and speed [m/s], by block of the loop that looks for them.
-struct LargestMotion {
-    std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
-    double displacement = 0, speed = 0;
-};
-void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
-
-/// The motion in and out, rounded to single precision on the way in; `largest` is found on the way.
-void load(Packed& packed, const Body& body, const State& state, Team& team, LargestMotion* largest = nullptr);
+/// The motion in and out, rounded to single precision on the way in.
+void load(Packed& packed, const Body& body, const State& state, Team& team);
 void store(const Packed& packed, const Body& body, State& state, Team& team);
 
 /// Adds to the velocity of one vertex [m/s]; sets its displacement [m] and velocity.
@@ -59,6 +52,13 @@ void place(Packed& packed, Index vertex, const Vector& displacement, const Vecto
 Vector displacement(const Packed& packed, Index vertex);
 Vector displacement_before(const Packed& packed, Index vertex);
 Vector velocity(const Packed& packed, Index vertex);
+
+/// The largest displacement [m] and speed [m/s], by block of the loop that looks for them.
+struct LargestMotion {
+    std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
+    double displacement = 0, speed = 0;
+};
+void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
 /// The kernels this processor has, the fastest first; the last one is plain C++. They give the same bits.
 std::span<const PackedKernel* const> packed_kernels();

@@ -73,7 +73,7 @@ Index first_bad(const std::vector<Index>& blocks) {
 }
 
 /// Before a step of dt with tools. In double precision all vertices are looked at for the bounds of the
-/// motion, in single load() or find_largest() has done it.
+/// motion, in single find_largest() has done it.
 void begin_contact(const Body& body, const Loads& loads, double time, const State& state,
                    Workspace::Data& w) {
     const double dt = w.options.dt, h = dt / w.substeps;
@@ -296,11 +296,11 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
     const double dt = w.options.dt, h = dt / w.substeps;
     State now{state.time, state.steps, {}, {}};
     StepReport report;
-    load(*w.packed, body, state, w.team, loads.tools.empty() ? nullptr : &w.largest);
+    load(*w.packed, body, state, w.team);
     for (int n = 0; n < count; ++n) {
         const double end = end_of_step(now, dt);
         if (!loads.tools.empty()) {
-            if (n > 0) find_largest(*w.packed, w.team, w.largest);
+            find_largest(*w.packed, w.team, w.largest);
             begin_contact(body, loads, now.time, state, w);
         }
         for (report.substeps = 0; report.substeps < w.substeps; ++report.substeps, now.time += h) {
