@@ -90,6 +90,15 @@ ramp = 0.2
 [[pin]]
 vertices = [1, 2]
 path = [[0, 0, 0, 0], [1, 0.1, 0, 0]]
+[[tool]]
+radius = 0.1
+length = 0.2
+axis = [0, 1, 0]
+friction = 0.5
+path = [[0, 0, 0, 2], [1, 0, 0, 1]]
+[[tool]]
+normal = [0, 1, 0]
+at = [0, -1, 0]
 SCENE
 printf 'mesh = "sphere:vertices=100"\n' >"$out/scene/short.toml"
 printf '[material]\ndensity_kg_m3 = 1050.0\n[simulation]\nequilibrium = true\nresidual_n = 1e-9\n' >"$out/scene/more.toml"

@@ -21,7 +21,7 @@ struct Arguments {
     OutputOptions output;
     std::string directory;
     std::optional<std::string> gravity, integrator, precision;
-    std::vector<std::string> forces, pins, refine;
+    std::vector<std::string> forces, pins, refine, tools;
     std::optional<double> duration, dt, residual;
     std::optional<int> every, threads;
     bool equilibrium = false, free = false, linearised = false, resume = false;
@@ -56,6 +56,8 @@ void print(const Summary& s, const std::string& directory) {
     print_row("displacement, mean", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", mean.x(), mean.y(), mean.z()));
     print_row("displacement, spread", fmt::format("({:.4g}, {:.4g}, {:.4g}) m, largest {:.4g} m", spread.x(),
                                                   spread.y(), spread.z(), s.last.max_displacement));
+    for (const Vector& f : s.last.tool_force)
+        print_row("force on tool", fmt::format("({:.4g}, {:.4g}, {:.4g}) N", f.x(), f.y(), f.z()));
     if (s.refinements > 0)
         print_row("refinement",
                   fmt::format("{} changes; {} vertices at the end", s.refinements, s.vertices_last));
@@ -78,6 +80,7 @@ int run(const Arguments& a) {
     for (const std::string& f : a.forces) scene.forces.push_back(parse_force(f));
     for (const std::string& p : a.pins) scene.pins.push_back(parse_pin(p));
     for (const std::string& r : a.refine) scene.refine.push_back(parse_refine(r));
+    for (const std::string& t : a.tools) scene.tools.push_back(parse_tool(t));
     if (a.duration) scene.duration = *a.duration;
     if (a.dt) scene.step.dt = *a.dt;
     if (a.integrator) scene.step.integrator = parse_integrator(*a.integrator);
@@ -138,6 +141,11 @@ Command add_simulate(CLI::App& program) {
            "refine during the run: 'edge_share=S' around each force with a radius while it acts, "
            "until no edge is longer than S of that radius; or 'at=T, near=[x,y,z], radius=R, levels=N' "
            "[s, m]; repeatable")
+        ->type_name("SPEC");
+    app->add_option(
+           "--tool", a->tools,
+           "a rigid thing that touches the body: 'radius=R' (with length=L a capsule), 'mesh=\"FILE\"' or "
+           "'normal=[x,y,z]' (a plane), friction=MU, at=[x,y,z] or path=[[t,x,y,z],...]; repeatable")
         ->type_name("SPEC");
     app->add_option("--duration", a->duration, "time to simulate [s] (default 2)")->type_name("S");
     app->add_option("--dt", a->dt, "time step [s], sub-stepped as stability needs (default 0.01)")

@@ -79,6 +79,32 @@ TEST(Run, TheResolvedSceneRunsToTheSameBits) {
     EXPECT_EQ(content(a.path / "series.csv"), content(b.path / "series.csv"));
 }
 
+TEST(Run, AToolsForceIsInTheSeriesAndARunWithToolsResumes) {
+    Scene scene = pushed_sphere();
+    scene.forces.clear();
+    SceneTool ball;
+    ball.name = "ball, red";
+    ball.radius = 0.3;
+    ball.path = {{0, 0, 0, 1.4, 1, 0, 0, 0}, {0.2, 0, 0, 1.1, 1, 0, 0, 0}};
+    scene.tools.push_back(ball);
+    TemporaryFolder whole("tool-whole"), parts("tool-parts");
+    const Summary s = run(scene, {.directory = whole.path});
+    EXPECT_EQ(s.failure, "");
+    ASSERT_EQ(s.last.tool_force.size(), 1u);
+    EXPECT_GT(s.last.tool_force[0].z(), 0.01);
+    EXPECT_NE(content(whole.path / "series.csv")
+                  .find(",tool_ball_ red_x_n,tool_ball_ red_y_n,tool_ball_ red_z_n\n"),
+              std::string::npos);
+    EXPECT_NE(content(whole.path / "summary.json").find("tool_force_n"), std::string::npos);
+    const double duration = scene.duration;
+    scene.duration = duration / 2;
+    run(scene, {.directory = parts.path});
+    scene.duration = duration;
+    const Summary resumed = run(scene, {.directory = parts.path, .resume = true});
+    EXPECT_EQ(resumed.state_hash, s.state_hash);
+    EXPECT_EQ(content(parts.path / "series.csv"), content(whole.path / "series.csv"));
+}
+
 TEST(Run, ResumedRunsGiveTheSameBitsAsOnesThatWentOn) {
     for (Integrator integrator : {Integrator::symplectic, Integrator::implicit})
         for (bool free : {false, true}) {

@@ -1,4 +1,5 @@
 #include "innerspring/record/scene.h"
+#include "innerspring/record/setup.h"
 
 #include <gtest/gtest.h>
 
@@ -78,6 +79,23 @@ levels = 2
 
 [[refine]]
 edge_share = 0.25
+
+[[tool]]
+name = "finger"
+radius = 0.3
+length = 0.5
+axis = [0, 1, 1]
+friction = 0.4
+path = [[0, 0, 0, 2], [1, 0, 0, 1.5]]
+
+[[tool]]
+mesh = "torus:vertices=300"
+scale = 0.25
+path = [[0, 0, 0, 2, 1, 0, 0, 0], [1, 0, 0, 1.5, 0.5, 0.5, 0.5, 0.5]]
+
+[[tool]]
+normal = [0, 1, 0]
+at = [0, -1, 0]
 )";
 
 std::string message_of(const std::string& text) {
@@ -175,6 +193,20 @@ void expect_same(const Scene& a, const Scene& b) {
         EXPECT_TRUE(same(a.refine[n].radius, b.refine[n].radius));
         EXPECT_TRUE(same(a.refine[n].edge_share, b.refine[n].edge_share));
         EXPECT_EQ(a.refine[n].levels, b.refine[n].levels);
+    }
+    ASSERT_EQ(a.tools.size(), b.tools.size());
+    for (std::size_t n = 0; n < a.tools.size(); ++n) {
+        const SceneTool &t = a.tools[n], &u = b.tools[n];
+        EXPECT_EQ(t.name, u.name);
+        EXPECT_TRUE(same(t.radius, u.radius));
+        EXPECT_TRUE(same(t.length, u.length));
+        EXPECT_EQ(t.mesh, u.mesh);
+        EXPECT_TRUE(same(t.scale, u.scale));
+        EXPECT_TRUE(same(t.normal, u.normal));
+        EXPECT_TRUE(same(t.axis, u.axis));
+        EXPECT_TRUE(same(t.friction, u.friction));
+        EXPECT_TRUE(same(t.at, u.at));
+        EXPECT_EQ(t.path, u.path);
     }
 }
 
@@ -609,4 +641,36 @@ TEST(SceneOption, Errors) {
         EXPECT_EQ(message_of(parse_force, text).find("--force: "), 0u) << text;
         EXPECT_EQ(message_of(parse_pin, text).find("--pin: "), 0u) << text;
     }
+}
+
+TEST(Scene, ToolsAreReadAndMade) {
+    const Scene s = scene_from_text(full, "s.toml");
+    ASSERT_EQ(s.tools.size(), 3u);
+    const Tool capsule = to_tool(s.tools[0]), ring = to_tool(s.tools[1]), floor = to_tool(s.tools[2]);
+    EXPECT_EQ(capsule.shape, ToolShape::capsule);
+    EXPECT_EQ(capsule.friction, 0.4);
+    // Half way in time half way along, and its axis turned from z to (0, 1, 1).
+    const Pose half = pose_at(capsule, 0.5);
+    EXPECT_EQ(half.position, Vector(0, 0, 1.75));
+    EXPECT_LT((half.rotation * Vector(0, 0, 1) - Vector(0, 1, 1).normalized()).norm(), 1e-12);
+    // The ring ends turned by 120 degrees about (1, 1, 1).
+    ASSERT_EQ(ring.shape, ToolShape::mesh);
+    EXPECT_LT((pose_at(ring, 2).rotation * Vector(1, 0, 0) - Vector(0, 1, 0)).norm(), 1e-12);
+    // Below the floor is inside it.
+    const Pose at = pose_at(floor, 0);
+    EXPECT_NEAR(nearest(floor, at.rotation.conjugate() * (Vector(3, -1.25, 2) - at.position)).distance, -0.25,
+                1e-12);
+}
+
+TEST(Scene, ToolsThatCannotBeAreRefused) {
+    for (const char* text :
+         {"radius = 1", "at = [0, 0, 0]", "radius = 1, normal = [0, 1, 0], at = [0, 0, 0]",
+          "radius = 0, at = [0, 0, 0]", "radius = 1, length = -1, at = [0, 0, 0]",
+          "normal = [0, 0, 0], at = [0, 0, 0]", "normal = [0, 1, 0], length = 1, at = [0, 0, 0]",
+          "radius = 1, friction = -0.1, at = [0, 0, 0]", "radius = 1, at = [0, 0, 0], path = [[0, 0, 0, 0]]",
+          "radius = 1, path = [[0, 0, 0]]", "radius = 1, path = [[1, 0, 0, 0], [1, 0, 0, 0]]",
+          "radius = 1, path = [[0, 0, 0, 0, 0, 0, 0, 0]]", "radius = 1, path = []",
+          "mesh = '', at = [0, 0, 0]", "radius = 1, scale = 2, at = [0, 0, 0]"})
+        EXPECT_THROW(parse_tool(text), InputError) << text;
+    EXPECT_EQ(parse_tool("radius = 0.2, at = [0, 0, 1]").radius, 0.2);
 }

@@ -73,6 +73,10 @@ std::string to_json(const Summary& s) {
                                      {"max", s.volume_variation_percent.max},
                                      {"mean", s.volume_variation_percent.mean}};
     j["max_displacement_m"] = s.last.max_displacement;
+    if (!s.last.tool_force.empty()) {
+        j["tool_force_n"] = Json::array();
+        for (const Vector& f : s.last.tool_force) j["tool_force_n"].push_back(vector(f));
+    }
     j["displacement_mean_m"] = vector(s.last.mean_displacement);
     j["displacement_std_m"] = vector(s.last.std_displacement);
     j["energy"] = {

@@ -43,6 +43,8 @@ class EnergyWatch {
         pin_forces(body, loads, state);
     }
 
+    void touched(double work) { put_in_ += work; }  ///< by tools [J]
+
     /// Accounts for the step from `before` to `now`; true if there is more energy than can be explained.
     bool exceeded(const Body& body, const Loads& loads, const State& state, const Measures& before,
                   const Measures& now) {
@@ -256,6 +258,11 @@ Summary run(const Scene& scene, const RunOptions& options) {
             }
             if (!report.converged) ++unconverged;
             rows.push_back(measure(body, loads, state));
+            if (!loads.tools.empty()) {
+                for (std::size_t n = 0; n < loads.tools.size(); ++n)
+                    rows.back().tool_force[n] = workspace.contact().tools[n].force;
+                watch.touched(workspace.contact().work);
+            }
             if (watch.exceeded(body, loads, state, rows[rows.size() - 2], rows.back()))
                 summary.failure = fmt::format(
                     "stopped in step {} (t = {:.6g} s): {:.3g} J in the body where at most {:.3g} J were put "
@@ -274,7 +281,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
             }
             summary.stopped = options.stop && options.stop->load();
         }
-        summary.residual_n = largest_imbalance(body, loads, state);
+        summary.residual_n = largest_imbalance(body, loads, state, workspace.contact().vertices);
         summary.tolerance_n =
             scene.residual_n > 0 ? scene.residual_n : 1e-9 * load_sum(body, loads, state.time);
         summary.equilibrium_reached = summary.residual_n <= summary.tolerance_n && !body.free;

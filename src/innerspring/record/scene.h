@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -41,6 +42,23 @@ struct SceneRefine {
     int levels = 1;                    ///< with edge_share: at most so many
 };
 
+/// A rigid thing that touches the body: one [[tool]] table. Exactly one of radius (a sphere, with length a
+/// capsule), mesh and normal (a plane), and one of at and path.
+struct SceneTool {
+    std::string name;
+    std::optional<double> radius;  ///< [m]
+    double length = 0;             ///< [m] of a capsule's axis, without the round ends
+    std::string mesh;              ///< a file (relative to the scene) or a built-in shape, about its origin
+    double scale = 1;              ///< metres per unit of the mesh
+    std::optional<Vector> normal;  ///< out of the plane, towards the body
+    std::optional<Vector> axis;    ///< where the z axis of a capsule or mesh points; default: z
+    double friction = 0;           ///< Coulomb's coefficient [1]
+    std::optional<Vector> at;      ///< [m]: it rests there
+    /// [[time_s, x, y, z], ...] in metres, or [[time_s, x, y, z, w, i, j, k], ...] with a rotation w + i, j,
+    /// k that comes after the one by axis or normal.
+    std::vector<std::array<double, 8>> path;
+};
+
 /// All that a simulation needs, as a scene file says it. Keys of the file are given behind each member; units
 /// are SI.
 struct Scene {
@@ -64,6 +82,7 @@ struct Scene {
     std::vector<SceneForce> forces;   ///< [[force]]
     std::vector<ScenePin> pins;       ///< [[pin]]
     std::vector<SceneRefine> refine;  ///< [[refine]]
+    std::vector<SceneTool> tools;     ///< [[tool]]
 };
 
 /// Reads a scene file. Throws InputError "FILE:LINE: ...": not TOML, an unknown key (naming the nearest known
@@ -76,6 +95,7 @@ Scene scene_from_text(std::string_view toml, std::string_view name);
 SceneForce parse_force(std::string_view text);
 ScenePin parse_pin(std::string_view text);
 SceneRefine parse_refine(std::string_view text);
+SceneTool parse_tool(std::string_view text);
 
 /// The whole scene as TOML with every key said, readable by scene_from_text to the same bits.
 std::string to_toml(const Scene& scene);

@@ -120,6 +120,40 @@ SceneRefine read_refine(const Table& t) {
     return r;
 }
 
+SceneTool read_tool(const Table& t) {
+    SceneTool tool;
+    if (bool(t.find("radius")) + bool(t.find("mesh")) + bool(t.find("normal")) != 1)
+        t.refuse("needs exactly one of radius (sphere or capsule), mesh and normal (plane)");
+    if (!t.find("at") == !t.find("path")) t.refuse("needs exactly one of at and path");
+    if (t.find("length") && !t.find("radius")) t.refuse("length", "goes with radius, for a capsule");
+    if (t.find("scale") && !t.find("mesh")) t.refuse("scale", "goes with mesh");
+    if (t.find("axis") && t.find("normal")) t.refuse("axis", "and normal exclude each other");
+    t.read("name", tool.name);
+    t.read("radius", tool.radius, Range::positive);
+    t.read("length", tool.length, Range::not_negative);
+    t.read("mesh", tool.mesh);
+    if (t.find("mesh") && (tool.mesh.empty() || tool.mesh.find('\0') != std::string::npos))
+        t.refuse("mesh", "must name a file or a built-in shape");
+    t.read("scale", tool.scale, Range::positive);
+    t.read("normal", tool.normal);
+    t.read("axis", tool.axis);
+    for (const auto& [key, direction] : {std::pair("normal", tool.normal), std::pair("axis", tool.axis)})
+        if (direction && !(direction->stableNorm() > 0)) t.refuse(key, "must not be zero");
+    t.read("friction", tool.friction, Range::not_negative);
+    t.read("at", tool.at);
+    if (t.row_length("path") == 8) {
+        tool.path = t.read_rows<8>("path", "[time_s, x, y, z, w, i, j, k], eight finite numbers each");
+        for (const auto& row : tool.path)
+            if (!(Eigen::Vector4d(row[4], row[5], row[6], row[7]).stableNorm() > 0))
+                t.refuse("path", "has a rotation of all zeros; 1, 0, 0, 0 is none");
+    } else {
+        for (const auto& row :
+             t.read_rows<4>("path", "[time_s, x, y, z], four finite numbers each, or eight"))
+            tool.path.push_back({row[0], row[1], row[2], row[3], 1, 0, 0, 0});
+    }
+    return tool;
+}
+
 Scene read_top(const Table& t) {
     Scene scene;
     t.read("mesh", scene.mesh);
@@ -134,12 +168,13 @@ Scene read_top(const Table& t) {
     if (const auto table = t.table("body", body)) read_body(*table, scene);
     if (const auto table = t.table("simulation", simulation)) read_simulation(*table, scene);
     const std::vector<Table> forces = t.tables("force", force), pins = t.tables("pin", pin),
-                             refinements = t.tables("refine", refinement);
+                             refinements = t.tables("refine", refinement), tools = t.tables("tool", tool);
     scene.forces.reserve(forces.size());
     for (const Table& table : forces) scene.forces.push_back(read_force(table));
     scene.pins.reserve(pins.size());
     for (const Table& table : pins) scene.pins.push_back(read_pin(table));
     for (const Table& table : refinements) scene.refine.push_back(read_refine(table));
+    for (const Table& table : tools) scene.tools.push_back(read_tool(table));
     return scene;
 }
 
@@ -178,6 +213,8 @@ Scene read_scene(const std::filesystem::path& file) {
     Scene scene = scene_from_text(text, file.string());
     if (!is_shape(scene.mesh))
         scene.mesh = (file.parent_path() / scene.mesh).string();  // an absolute one stays
+    for (SceneTool& t : scene.tools)
+        if (!t.mesh.empty() && !is_shape(t.mesh)) t.mesh = (file.parent_path() / t.mesh).string();
     return scene;
 }
 
@@ -187,6 +224,10 @@ SceneForce parse_force(std::string_view text) {
 
 ScenePin parse_pin(std::string_view text) {
     return parse_option("--pin", text, pin, read_pin);
+}
+
+SceneTool parse_tool(std::string_view text) {
+    return parse_option("--tool", text, tool, read_tool);
 }
 
 SceneRefine parse_refine(std::string_view text) {

@@ -56,10 +56,11 @@ struct Section {
     std::vector<std::string_view> keys;
 };
 
-inline const std::array<Section, 7>& sections() {
-    static const std::array<Section, 7> all{{
+inline const std::array<Section, 8>& sections() {
+    static const std::array<Section, 8> all{{
         {"",
-         {"mesh", "unit", "normalize", "weld", "material", "body", "simulation", "force", "pin", "refine"}},
+         {"mesh", "unit", "normalize", "weld", "material", "body", "simulation", "force", "pin", "refine",
+          "tool"}},
         {"[material]",
          {"name", "mass_kg", "density_kg_m3", "young_pa", "surface_n_m", "surface_ratio", "damping_ratio"}},
         {"[body]", {"scheme", "centre", "free"}},
@@ -70,11 +71,13 @@ inline const std::array<Section, 7>& sections() {
          {"name", "vertex", "near", "newton", "inward", "radius", "start", "end", "ramp", "profile"}},
         {"[[pin]]", {"vertices", "near", "radius", "path"}},
         {"[[refine]]", {"at", "vertex", "near", "radius", "edge_share", "levels"}},
+        {"[[tool]]",
+         {"name", "radius", "length", "mesh", "scale", "normal", "axis", "friction", "at", "path"}},
     }};
     return all;
 }
 
-enum SectionIndex { top, material, body, simulation, force, pin, refinement };
+enum SectionIndex { top, material, body, simulation, force, pin, refinement, tool };
 inline constexpr std::int64_t largest_vertex = no_index - 1;
 
 enum class Range { finite, not_negative, positive };
@@ -208,6 +211,13 @@ class Table {
         for (const toml::node& vertex : *node->as_array())
             out.push_back(whole(key, vertex, 0, largest_vertex));
         return out;
+    }
+
+    /// Numbers in the first row at `key`; 0 if there is none.
+    std::size_t row_length(std::string_view key) const {
+        const toml::node* node = find(key);
+        const toml::node* row = node && node->is_array() ? node->as_array()->get(0) : nullptr;
+        return row && row->is_array() ? row->as_array()->size() : 0;
     }
 
     /// Rows of N numbers whose first is a time that increases.

@@ -101,6 +101,26 @@ void write(std::string& out, const SceneRefine& r) {
     out += fmt::format("levels = {}\n", r.levels);
 }
 
+void write(std::string& out, const SceneTool& t) {
+    out += fmt::format("\n[[tool]]\nname = {}\n", toml_string(t.name));
+    if (t.radius)
+        out += fmt::format("radius = {}\nlength = {}\n", real(*t.radius), real(t.length));
+    else if (!t.mesh.empty())
+        out += fmt::format("mesh = {}\nscale = {}\n", toml_string(t.mesh), real(t.scale));
+    if (t.normal) out += fmt::format("normal = {}\n", list(*t.normal));
+    if (t.axis) out += fmt::format("axis = {}\n", list(*t.axis));
+    out += fmt::format("friction = {}\n", real(t.friction));
+    if (t.at) out += fmt::format("at = {}\n", list(*t.at));
+    if (t.path.empty()) return;
+    out += "path = [";
+    for (std::size_t i = 0; i < t.path.size(); ++i) {
+        out += i ? ", [" : "[";
+        for (std::size_t n = 0; n < t.path[i].size(); ++n) out += (n ? ", " : "") + real(t.path[i][n]);
+        out += "]";
+    }
+    out += "]\n";
+}
+
 }  // namespace
 
 std::string to_toml(const Scene& scene) {
@@ -138,6 +158,7 @@ std::string to_toml(const Scene& scene) {
     for (const SceneForce& f : scene.forces) write(out, f);
     for (const ScenePin& p : scene.pins) write(out, p);
     for (const SceneRefine& r : scene.refine) write(out, r);
+    for (const SceneTool& t : scene.tools) write(out, t);
     return out;
 }
 

@@ -13,15 +13,20 @@ namespace innerspring {
 
 namespace {
 
+std::string column(std::string name) {
+    std::replace_if(
+        name.begin(), name.end(), [](unsigned char c) { return c == ',' || c == '"' || c < 32; }, '_');
+    return name;
+}
+
 std::string header(const Loads& loads) {
     std::string text =
         "time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m";
     for (std::size_t n = 0; n < loads.forces.size(); ++n) {
-        std::string name = loads.forces[n].name;
-        std::replace_if(
-            name.begin(), name.end(), [](unsigned char c) { return c == ',' || c == '"' || c < 32; }, '_');
-        text += fmt::format(",force_{}_n", name);
+        text += fmt::format(",force_{}_n", column(loads.forces[n].name));
     }
+    for (const Tool& tool : loads.tools)
+        for (char axis : {'x', 'y', 'z'}) text += fmt::format(",tool_{}_{}_n", column(tool.name), axis);
     return text;
 }
 
@@ -33,6 +38,8 @@ std::string to_csv(std::span<const Measures> rows, const Loads& loads) {
         fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", r.time, r.volume,
                        r.volume_variation_percent, r.kinetic, r.elastic, r.potential, r.max_displacement);
         for (double f : r.force) fmt::format_to(std::back_inserter(text), ",{}", f);
+        for (const Vector& f : r.tool_force)
+            fmt::format_to(std::back_inserter(text), ",{},{},{}", f.x(), f.y(), f.z());
         text += '\n';
     }
     return text;
@@ -51,6 +58,9 @@ std::vector<Measures> read_series(const std::filesystem::path& file, std::size_t
         std::vector<double*> columns{&r.time,    &r.volume,    &r.volume_variation_percent, &r.kinetic,
                                      &r.elastic, &r.potential, &r.max_displacement};
         for (double& f : r.force) columns.push_back(&f);
+        r.tool_force.resize(loads.tools.size());
+        for (Vector& f : r.tool_force)
+            for (double& component : f) columns.push_back(&component);
         const char *p = line.data(), *end = p + line.size();
         for (std::size_t c = 0; c < columns.size(); ++c) {
             const auto [next, error] = std::from_chars(p, end, *columns[c]);

@@ -113,6 +113,33 @@ Pin to_pin(const ScenePin& p, const Body& body) {
     return pin;
 }
 
+Tool to_tool(const SceneTool& t) {
+    Tool tool;
+    tool.name = t.name;
+    tool.friction = t.friction;
+    Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
+    if (const auto& z = t.normal ? t.normal : t.axis)
+        turned = Eigen::Quaterniond::FromTwoVectors(Vector(Vector::UnitZ()), z->stableNormalized());
+    if (t.normal) {
+        tool.shape = ToolShape::plane;
+    } else if (!t.mesh.empty()) {
+        tool.shape = ToolShape::mesh;
+        SurfaceMesh mesh = weld(is_shape(t.mesh) ? make_shape(t.mesh) : read(t.mesh)).mesh;
+        for (Vector& x : mesh.positions) x *= t.scale;
+        tool.mesh = std::make_shared<const DistanceField>(build_distance_field(std::move(mesh)));
+    } else {
+        tool.shape = t.length > 0 ? ToolShape::capsule : ToolShape::sphere;
+        tool.radius = t.radius.value_or(0), tool.length = t.length;
+    }
+    tool.path.clear();
+    if (t.at) tool.path.push_back({0, {*t.at, turned}});
+    for (const auto& [time, x, y, z, w, i, j, k] : t.path) {
+        const Eigen::Vector4d q = Eigen::Vector4d(w, i, j, k).stableNormalized();
+        tool.path.push_back({time, {{x, y, z}, Eigen::Quaterniond(q[0], q[1], q[2], q[3]) * turned}});
+    }
+    return tool;
+}
+
 Setup set_up(const Scene& scene) {
     LoadedMesh loaded = load_mesh(scene.mesh, scene.unit, scene.normalize, scene.weld);
     Setup setup{build_body(std::move(loaded.mesh), scene.material, {scene.scheme, scene.centre, scene.free}),
@@ -126,6 +153,10 @@ Setup set_up(const Scene& scene) {
             setup.loads.forces.back().name = fmt::format("force{}", setup.loads.forces.size());
     }
     for (const ScenePin& p : scene.pins) setup.loads.pins.push_back(to_pin(p, setup.body));
+    for (const SceneTool& t : scene.tools) {
+        setup.loads.tools.push_back(to_tool(t));
+        if (t.name.empty()) setup.loads.tools.back().name = fmt::format("tool{}", setup.loads.tools.size());
+    }
     for (const SceneRefine& r : scene.refine) {
         RefineRule rule{r.at, Vector::Zero(), r.radius, r.edge_share.value_or(0), r.levels};
         if (r.vertex)

@@ -42,5 +42,6 @@ Subject describe(const Scene& scene, const Setup& setup);
 /// A force of the scene on this body: place, direction, weights and profile worked out. Throws InputError.
 Force to_force(const SceneForce& force, const Body& body);
 Pin to_pin(const ScenePin& pin, const Body& body);
+Tool to_tool(const SceneTool& tool);  ///< reads its mesh
 
 }  // namespace innerspring

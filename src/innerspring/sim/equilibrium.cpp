@@ -90,7 +90,9 @@ struct Problem : Minimand {
 
     double precondition(const Field& r, Field& z) override { return inverse->apply(r, z); }
 
-    void settle(Field& x) override { net.settle(x, body.K, place, pinned, 40); }
+    void settle(Field& x) override {
+        if (!body.free) net.settle(x, body.K, place, pinned);  // the places of a free body move with it
+    }
 
     /// What rounding leaves of a sum of spring forces that cancel [N].
     double rounding(const Field& x) const {
@@ -108,6 +110,7 @@ struct Problem : Minimand {
 }  // namespace
 
 void require_held(const Body& body, const Loads& loads) {
+    if (!loads.tools.empty()) throw InputError("an equilibrium knows no tools; step until the body rests");
     if (body.free && loads.pins.empty())
         throw InputError(
             "a free body has no equilibrium under its loads; hold it (no --free) or pin some vertices");
@@ -119,10 +122,12 @@ double load_sum(const Body& body, const Loads& loads, double time) {
     return sum;
 }
 
-double largest_imbalance(const Body& body, const Loads& loads, const State& state) {
+double largest_imbalance(const Body& body, const Loads& loads, const State& state,
+                         std::span<const VertexContact> touched) {
     Problem problem(body, loads, state.time, 1);
     Field g(body.vertices());
     problem.evaluate(state.x, g);
+    for (const VertexContact& c : touched) g[c.vertex] -= c.force;
     return largest_norm(g);
 }
 

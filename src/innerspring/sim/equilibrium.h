@@ -1,4 +1,5 @@
 #pragma once
+#include "innerspring/sim/contact.h"
 #include "innerspring/sim/loads.h"
 #include "innerspring/sim/state.h"
 
@@ -25,11 +26,13 @@ struct EquilibriumReport {
 EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State& state,
                                     const EquilibriumOptions& options = {});
 
-/// Throws InputError if nothing holds the body: free, and no pin.
+/// Throws InputError if nothing holds the body (free, and no pin), or there are tools, which only steps know.
 void require_held(const Body& body, const Loads& loads);
 
-/// Largest force left on a vertex that is not pinned [N]: zero in equilibrium.
-double largest_imbalance(const Body& body, const Loads& loads, const State& state);
+/// Largest force left on a vertex that is not pinned [N]: zero in equilibrium. `touched`: what tools press
+/// with.
+double largest_imbalance(const Body& body, const Loads& loads, const State& state,
+                         std::span<const VertexContact> touched = {});
 
 /// Sum of the loads at `time` [N]: weight and the magnitudes of the forces. The scale of a residual.
 double load_sum(const Body& body, const Loads& loads, double time);

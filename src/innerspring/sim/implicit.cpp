@@ -130,7 +130,7 @@ double ImplicitSolver::precondition(const Field& r, Field& z) {
 }
 
 void ImplicitSolver::settle(Field& x) {
-    net_.settle(x, d_, z_, is_pinned_, 40);
+    if (!body_.free) net_.settle(x, d_, z_, is_pinned_);  // the places of a free body move with it
 }
 
 /// direction_ = -(L-BFGS matrix)^-1 gradient (two-loop recursion, Nocedal 1980); returns its slope.

@@ -106,6 +106,7 @@ void require_valid(const Body& body, const Loads& loads) {
             if (!offset.allFinite())
                 throw InputError(fmt::format("pin: the path is not finite at {:g} s", time));
     }
+    for (const Tool& tool : loads.tools) require_valid(tool);
 }
 
 }  // namespace innerspring

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "innerspring/body/body.h"
+#include "innerspring/sim/tool.h"
 
 namespace innerspring {
 
@@ -43,10 +44,11 @@ struct Loads {
     Vector gravity = Vector(0, -9.81, 0);  ///< [m/s^2]
     std::vector<Force> forces;
     std::vector<Pin> pins;
+    std::vector<Tool> tools{};  ///< that touch the body; see contact.h
 };
 
 /// Throws InputError if a vertex is out of range, a number not finite, a profile or path not increasing in
-/// time, or a vertex pinned twice.
+/// time, a vertex pinned twice, or a tool is not valid.
 void require_valid(const Body& body, const Loads& loads);
 
 }  // namespace innerspring

@@ -25,6 +25,7 @@ Measures measure(const Body& body, const Loads& loads, const State& state) {
     for (std::size_t i = 0; i < n; ++i)
         squares += (state.x[i] - body.rest.positions[i] - now.mean_displacement).cwiseAbs2() / double(n);
     now.std_displacement = squares.cwiseSqrt();
+    now.tool_force.assign(loads.tools.size(), Vector::Zero());
     for (const Force& f : loads.forces)
         now.force.push_back(std::abs(at(f.profile, state.time)) * f.newton.stableNorm());
     return now;

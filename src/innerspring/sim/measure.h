@@ -16,6 +16,7 @@ struct Measures {
     Vector mean_displacement = Vector::Zero();  ///< [m]
     Vector std_displacement = Vector::Zero();   ///< per axis [m]
     std::vector<double> force;                  ///< per load: |force| now [N]
+    std::vector<Vector> tool_force;             ///< on each tool [N]: not measure()'s to know, zero
 };
 
 Measures measure(const Body& body, const Loads& loads, const State& state);

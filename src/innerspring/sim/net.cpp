@@ -100,7 +100,8 @@ double Net::multiply(std::span<const double> d, const std::vector<Vector>& p, co
 }
 
 void Net::settle(std::vector<Vector>& x, std::span<const double> d, const std::vector<Vector>& z,
-                 const std::vector<bool>& pinned, int sweeps) {
+                 const std::vector<bool>& pinned) {
+    constexpr int sweeps = 40;  // fewer leave more to Newton's method, which costs more
     // p_i against its neighbours' -p_i meets d_i + 2 sum across; half of what makes that negative is enough.
     loose_.clear();
     for (Index i = 0; i < x.size(); ++i) {

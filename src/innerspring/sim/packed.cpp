@@ -230,6 +230,7 @@ constexpr std::size_t ahead = 24;
 void load(Packed& p, const Body& body, const State& state, Team& team) {
     const std::size_t slices = p.ranges.size(), last = p.vertex_at.size() - 1;
     each_block(p, blocks_of(slices), team, [&](std::size_t block) {
+        const FlushDenormals flush;  // the kernel takes them as 0 too
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
              ++s)
             for (std::size_t lane = 0; lane < slice_width; ++lane) {
@@ -270,6 +271,43 @@ void store(const Packed& p, const Body& body, State& state, Team& team) {
 Vector displacement(const Packed& p, Index vertex) {
     const PackedRow& row = p.rows[0][p.place_of[vertex]];
     return Vector(row.u[0], row.u[1], row.u[2]) * (1 / p.scale);
+}
+
+Vector displacement_before(const Packed& p, Index vertex) {
+    const PackedRow& row = p.rows[1][p.place_of[vertex]];
+    return Vector(row.u[0], row.u[1], row.u[2]) * (1 / p.scale);
+}
+
+Vector velocity(const Packed& p, Index vertex) {
+    const PackedVectors& v = p.v[p.place_of[vertex] / slice_width];
+    const std::size_t lane = p.place_of[vertex] % slice_width;
+    return Vector(v.x[lane], v.y[lane], v.z[lane]) * (1 / p.scale);
+}
+
+void find_largest(const Packed& p, Team& team, LargestMotion& largest) {
+    const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
+    largest.blocks.assign(blocks, {0, 0});
+    each_block(p, blocks, team, [&](std::size_t block) {
+        // By lane, so that the compiler may do them side by side.
+        std::array<float, slice_width> u2{}, v2{};
+        for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
+             ++s) {
+            const PackedRow* row = &p.rows[0][s * slice_width];
+            const PackedVectors& v = p.v[s];
+            for (std::size_t lane = 0; lane < slice_width; ++lane) {
+                const float* u = row[lane].u;
+                u2[lane] = std::max(u2[lane], u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+                v2[lane] =
+                    std::max(v2[lane], v.x[lane] * v.x[lane] + v.y[lane] * v.y[lane] + v.z[lane] * v.z[lane]);
+            }
+        }
+        largest.blocks[block] = {*std::max_element(u2.begin(), u2.end()),
+                                 *std::max_element(v2.begin(), v2.end())};
+    });
+    std::array<float, 2> most{0, 0};
+    for (const auto& [u2, v2] : largest.blocks) most = {std::max(most[0], u2), std::max(most[1], v2)};
+    largest.displacement = std::sqrt(double(most[0])) / p.scale;
+    largest.speed = std::sqrt(double(most[1])) / p.scale;
 }
 
 void push(Packed& p, Index vertex, const Vector& velocity) {

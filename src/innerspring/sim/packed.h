@@ -53,8 +53,17 @@ void push(Packed& packed, const Body& body, std::span<const Index> vertices, std
 /// Sets displacement [m] and velocity of one vertex.
 void place(Packed& packed, Index vertex, const Vector& displacement, const Vector& velocity);
 
-/// Displacement from home of one vertex [m].
+/// Displacement from home of one vertex [m], and before the last step; its velocity [m/s].
 Vector displacement(const Packed& packed, Index vertex);
+Vector displacement_before(const Packed& packed, Index vertex);
+Vector velocity(const Packed& packed, Index vertex);
+
+/// The largest displacement [m] and speed [m/s], by block of the loop that looks for them.
+struct LargestMotion {
+    std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
+    double displacement = 0, speed = 0;
+};
+void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
 /// One symplectic Euler step of h [s] under gravity [m/s^2]. False if something left the numbers. `volume`,
 /// if not null: Eq. 4 before the step [m^3], to some 1e-8. The same bits for any number of threads.

@@ -52,6 +52,9 @@ struct Workspace::Data {
     StabilityBound bound;
     std::optional<Packed> packed;  ///< in single precision
     std::optional<ImplicitSolver> implicit;
+    Contact contact;
+    LargestMotion largest;
+    bool tools = false;  ///< were there: symplectic Euler then
 };
 
 namespace {
@@ -67,6 +70,43 @@ Index first_bad(const std::vector<Index>& blocks) {
     for (Index i : blocks)
         if (i != no_index) return i;
     return no_index;
+}
+
+/// Before a step of dt with tools. In double precision all vertices are looked at for the bounds of the
+/// motion, in single find_largest() has done it.
+void begin_contact(const Body& body, const Loads& loads, double time, const State& state,
+                   Workspace::Data& w) {
+    const double dt = w.options.dt, h = dt / w.substeps;
+    Contact::Motion motion;
+    if (w.packed) {
+        motion.displacement = w.largest.displacement, motion.speed = w.largest.speed;
+        w.contact.begin(body, loads, motion, w.bound.value, time, dt, h, [&](Index i) -> Vector {
+            return body.rest.positions[i] + displacement(*w.packed, i);
+        });
+        return;
+    }
+    motion.frame = home_frame(body, state.x, w.team);
+    double u2 = 0, v2 = 0;
+    for (std::size_t i = 0; i < body.vertices(); ++i) {
+        const Vector home = motion.frame.R * body.rest.positions[i] + motion.frame.t;
+        u2 = std::max(u2, (state.x[i] - home).squaredNorm());
+        v2 = std::max(v2, state.v[i].squaredNorm());
+    }
+    motion.displacement = std::sqrt(u2), motion.speed = std::sqrt(v2);
+    w.contact.begin(body, loads, motion, w.bound.value, time, dt, h,
+                    [&](Index i) -> const Vector& { return state.x[i]; });
+}
+
+/// What the tools do to velocities `v` from positions `x`; positions after the sub-step go to x_out, if any.
+void touch(const Loads& loads, double time, double h, const std::vector<Vector>& x, std::vector<Vector>& v,
+           std::vector<Vector>* x_out, Contact& contact) {
+    for (Candidate& c : contact.candidates()) c.x = x[c.vertex], c.v = v[c.vertex];
+    contact.resolve(loads, time, h);
+    for (const Candidate& c : contact.candidates()) {
+        if (!c.changed) continue;
+        v[c.vertex] = c.v;
+        if (x_out) (*x_out)[c.vertex] = c.x;
+    }
 }
 
 /// One symplectic Euler step of length h; state changes only if all stays finite.
@@ -101,14 +141,20 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
     Index bad;
     if (!body.free) {
         bad = each_block([&](std::size_t first, std::size_t last) { return advance_held(s, first, last); });
+        if (bad == no_index && !loads.tools.empty())
+            touch(loads, state.time, h, state.x, w.v, &w.x, w.contact);
     } else {
         bad = each_block([&](std::size_t first, std::size_t last) { return accelerate(s, first, last); });
-        move_pins();  // what pinned vertices really do is part of the motion that is not damped
+        move_pins();  // what pinned vertices really do is part of the motion that is not damped,
+        if (bad == no_index && !loads.tools.empty())  // and so is what the tools make of it
+            touch(loads, state.time, h, state.x, w.v, nullptr, w.contact);
         const RigidMotion home =
             body.material.damping > 0 ? rigid_fit(body, h, s.x, s.v_out, w.team) : RigidMotion{};
         if (bad == no_index)
             bad = each_block(
                 [&](std::size_t first, std::size_t last) { return damp_and_move(s, home, first, last); });
+        if (bad == no_index && !loads.tools.empty())
+            touch(loads, state.time, h, state.x, w.v, &w.x, w.contact);
     }
     // Zero again, so that nothing is left of these loads when others come.
     for (const Force& f : loads.forces)
@@ -129,6 +175,15 @@ bool packed_substep(const Body& body, const Loads& loads, double time, double h,
         push(p, body, f.vertices, f.weights, h * at(f.profile, time) * f.newton);
     const VectorKernels& kernel = w.options.kernel ? *w.options.kernel : *vector_kernels().front();
     if (!advance(p, kernel, h, loads.gravity, w.team, volume)) return false;
+    if (!loads.tools.empty()) {
+        for (Candidate& c : w.contact.candidates()) {
+            c.x = body.rest.positions[c.vertex] + displacement_before(p, c.vertex);
+            c.v = velocity(p, c.vertex);
+        }
+        w.contact.resolve(loads, time, h);
+        for (const Candidate& c : w.contact.candidates())
+            if (c.changed) place(p, c.vertex, c.x - body.rest.positions[c.vertex], c.v);
+    }
     for (const Pin& pin : loads.pins) {
         const Vector offset = offset_at(pin, time + h), velocity = (offset - offset_at(pin, time)) / h;
         for (Index i : pin.vertices) place(p, i, offset, velocity);
@@ -150,9 +205,10 @@ void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nu
     const double wanted = std::ceil(options.dt / stable);
     w.integrator = options.integrator;
     if (w.integrator == Integrator::automatic)
-        w.integrator = wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
-                           ? Integrator::symplectic
-                           : Integrator::implicit;
+        w.integrator =
+            w.tools || wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
+                ? Integrator::symplectic
+                : Integrator::implicit;
     if (w.integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
         throw InputError(
             fmt::format("symplectic Euler would need {:.0f} sub-steps of {:.3g} s for dt = {:g} s (at most "
@@ -184,13 +240,15 @@ void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nu
 Workspace::Workspace(const Body& body, const StepOptions& options) {
     if (!(options.dt > 0 && std::isfinite(options.dt)))
         throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
-    data.reset(new Data{options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}});
+    data.reset(new Data{
+        options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}, {}, {}, false});
     data->bound = stability_bound(body);
     prepare(body, *data);
 }
 
 void Workspace::adapt(const Body& body, const Transfer& transfer) {
     update(data->bound, body, transfer.surface, transfer.body);
+    data->contact.forget();
     if (data->packed) innerspring::adapt(*data->packed, body, transfer.surface, transfer.body);
     prepare(body, *data, &transfer);
 }
@@ -215,6 +273,9 @@ Precision Workspace::precision() const {
 int Workspace::substeps() const {
     return data->substeps;
 }
+const ContactReport& Workspace::contact() const {
+    return data->contact.report();
+}
 
 namespace {
 
@@ -235,6 +296,10 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
     load(*w.packed, body, state, w.team);
     for (int n = 0; n < count; ++n) {
         const double end = end_of_step(now, dt);
+        if (!loads.tools.empty()) {
+            find_largest(*w.packed, w.team, w.largest);
+            begin_contact(body, loads, now.time, state, w);
+        }
         for (report.substeps = 0; report.substeps < w.substeps; ++report.substeps, now.time += h) {
             double* const volume = w.options.volume && report.substeps == 0 ? &report.volume : nullptr;
             if (!packed_substep(body, loads, now.time, h, w, volume)) {
@@ -242,6 +307,7 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
                 return report;
             }
         }
+        if (!loads.tools.empty()) w.contact.end(dt);
         now.time = end;
         ++now.steps;
     }
@@ -259,11 +325,13 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
     const double dt = w.options.dt, h = dt / w.substeps, end = end_of_step(state, dt);
     const double V = w.options.volume ? volume(state.x, body.rest.triangles) : 0;
     StepReport report;
+    if (!loads.tools.empty()) begin_contact(body, loads, state.time, state, w);
     if (w.implicit)
         report = w.implicit->step(loads, w.options, state, w.team);
     else
         for (; report.substeps < w.substeps && report.not_finite == no_index; ++report.substeps)
             report.not_finite = substep(body, loads, h, state, w);
+    if (!loads.tools.empty()) w.contact.end(dt);
     report.volume = V;
     if (report.not_finite == no_index) {
         state.time = end;
@@ -276,6 +344,13 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
 
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count) {
     Workspace::Data& w = *workspace.data;
+    if (!loads.tools.empty() && w.integrator == Integrator::implicit) {
+        if (w.options.integrator == Integrator::implicit)
+            throw InputError(
+                "implicit steps know no tools yet; use the integrator auto or symplectic with tools");
+        w.tools = true;
+        prepare(body, w);
+    }
     if (w.packed) return packed_steps(body, loads, state, w, count);
     StepReport report;
     for (int n = 0; n < count && report.not_finite == no_index; ++n) report = one_step(body, loads, state, w);

@@ -1,6 +1,7 @@
 #pragma once
 #include <memory>
 
+#include "innerspring/sim/contact.h"
 #include "innerspring/sim/refine.h"
 #include "innerspring/sim/vector_kernels.h"
 
@@ -65,7 +66,8 @@ class Workspace {
     Integrator integrator() const;  ///< never automatic
     Precision precision()
         const;  ///< full where single is not possible: free bodies, implicit, numbers too far apart
-    int substeps() const;  ///< per step of dt; 1 when implicit
+    int substeps() const;                  ///< per step of dt; 1 when implicit
+    const ContactReport& contact() const;  ///< of the last step with tools
 
     /// Goes on with the body, refined or coarsened in place: as costly as the change while symplectic Euler
     /// is used; implicit: a part of the factorisation is made anew. Throws InputError as the constructor
@@ -83,7 +85,8 @@ class Workspace {
 /// step. The same bits for any number of threads. In single precision `state` is read at the start and
 /// written at the end, so that many steps at a time cost less than each alone; their bits may differ from it
 /// in what rounding does to positions in double. The report is of the last step. `loads` must be valid
-/// (require_valid).
+/// (require_valid). Tools need symplectic Euler: `automatic` becomes that at the first step with tools, which
+/// then allocates; throws InputError where implicit was asked for, or too many sub-steps would be needed.
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count = 1);
 
 }  // namespace innerspring

@@ -1,0 +1,65 @@
+// What contact adds to a step: a sphere of 40 962 vertices, paper's material, in steps of 1 ms one at a time as a
+// device would ask for them, with no tool and with tools that hold it pressed or are moved through it.
+//   bench_contact --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "innerspring/mesh/shapes.h"
+#include "innerspring/sim/step.h"
+
+using namespace innerspring;
+
+namespace {
+
+const Body& body() {
+    static const Body sphere = build_body(make_shape("icosphere:vertices=40962"));
+    return sphere;
+}
+
+void steps(benchmark::State& b, const std::optional<Tool>& tool, double drawn = 0) {
+    StepOptions options;
+    options.dt = 1e-3;
+    Workspace workspace(body(), options);
+    State state = rest_state(body());
+    Loads loads{Vector::Zero(), {}, {}};
+    if (tool) loads.tools.push_back(*tool);
+    for (int n = 0; n < 300; ++n) step(body(), loads, state, workspace);
+    int n = 0;
+    for (auto _ : b) {
+        if (drawn > 0) {  // there and back
+            Pose pose = tool->path[0].pose;
+            pose.position.x() += drawn * std::sin(0.02 * ++n);
+            move_to(loads.tools[0], state.time, options.dt, pose);
+        }
+        benchmark::DoNotOptimize(step(body(), loads, state, workspace));
+    }
+    b.counters["substeps"] = workspace.substeps();
+    if (tool) {
+        b.counters["touched"] = double(workspace.contact().vertices.size());
+        b.counters["force_n"] = workspace.contact().tools[0].force.norm();
+    }
+}
+
+Tool ball(double radius, double depth, double friction = 0.3) {
+    return sphere_tool(radius, {0, 0, 1 + radius - depth}, friction);
+}
+
+Tool faceted() {
+    SurfaceMesh mesh = make_shape("icosphere:vertices=2562");
+    for (Vector& x : mesh.positions) x *= 0.3;
+    return mesh_tool(mesh, {{0, 0, 1.25}}, 0.3);
+}
+
+}  // namespace
+
+BENCHMARK_CAPTURE(steps, no_tool, {})->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(steps, near_not_touching, ball(0.3, -0.01))->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(steps, ball_1_percent, ball(0.3, 0.05))->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(steps, ball_drawn, ball(0.3, 0.05), 0.2)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(steps, small_ball, ball(0.02, 0.02))->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(steps, mesh_of_5120_triangles, faceted())->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(steps, floor, plane_tool({0, 0, -0.97}, {0, 0, 1}, 0.3))->Unit(benchmark::kMicrosecond);
+
+BENCHMARK_MAIN();

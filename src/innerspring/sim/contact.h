@@ -1,0 +1,168 @@
+#pragma once
+#include "innerspring/sim/forces.h"
+
+namespace innerspring {
+
+/// What a tool felt in a step of dt, mean over the step.
+struct ToolContact {
+    Vector force = Vector::Zero();  ///< on the tool [N]
+    Vector torque =
+        Vector::Zero();  ///< on the tool, about its own origin [N m]; arms as they are before each sub-step
+    int points = 0;      ///< where it pressed in the last sub-step
+};
+
+/// What all tools did to a vertex in a step of dt, mean over the step.
+struct VertexContact {
+    Index vertex = no_index;
+    Vector force = Vector::Zero();  ///< on the vertex [N]
+    double normal = 0;              ///< the part of it that is pressure [N]
+};
+
+struct ContactReport {
+    std::vector<ToolContact> tools;       ///< one per tool, in the order of the loads
+    std::vector<VertexContact> vertices;  ///< those that were pressed; their forces and the tools' sum to 0
+    double work = 0;                      ///< at most what the tools put into the body [J]
+};
+
+/// Pressure on a vertex [Pa]: the normal force over A_i at rest.
+double pressure(const Body& body, const VertexContact& contact);
+
+/// A vertex that a tool may meet in this step of dt. The caller fills in x and v in each sub-step.
+struct Candidate {
+    Index vertex;
+    bool changed = false;             ///< by resolve(): x and v are to be taken back
+    double inverse_mass = 0;          ///< [1/kg]; 0: pinned
+    Vector x, v;                      ///< in: x before the sub-step, v after it; out: both after it
+    Vector start;                     ///< x at the start of the step of dt
+    Vector impulse = Vector::Zero();  ///< by all tools in this step of dt [N s]
+    double normal = 0;                ///< its normal part [N s]
+    Index place = no_index;           ///< scratch
+};
+
+/// Contact between a body and tools without a stiffness to choose (ours). A vertex whose next position would
+/// lie in a tool is brought to the tool's surface: for the plane n . (x - p) = 0 that touches it there,
+///     n . v' >= n . (p - x) / h,   or n . v_tool if the vertex already touched,
+/// by an impulse j_n n >= 0, with Coulomb friction |j_t| <= mu j_n against the velocity along the surface.
+/// Where triangles are large beside the tool (a side longer than a quarter of the radius; always for a mesh)
+/// the same holds for points of a face, x = sum_k w_k x_k, against balls in the tool (its probes), the
+/// impulse acting on the corners by w_k. One vertex at one tool is solved at once, all else by sweeps of
+/// projected Gauss-Seidel in fixed order, with conjugate directions between them.
+///
+/// The force is impulse over time: that on the tools is minus the sum of those on the vertices, and at rest
+/// it is what the springs pull with. Nothing is kept from one step to the next, so that State says all. Paths
+/// are swept: neither vertex nor probe passes through the other in one sub-step.
+class Contact {
+  public:
+    /// Bounds over the whole body: how far it is from home and how fast, at the start of a step.
+    struct Motion {
+        double displacement = 0;  ///< |x_i - h_i| [m]
+        double speed = 0;         ///< |v_i| [m/s]
+        HomeFrame frame;
+    };
+
+    /// The body has changed.
+    void forget() { vertex_tree_.nodes.clear(); }
+
+    /// Before a step of dt [s] in sub-steps of h [s]: finds the candidates. `stiffness` [1/s^2] bounds how
+    /// the springs accelerate them; x_of(vertex) is its position [m]. Costs as much as there is near the
+    /// tools.
+    template <class PositionOf>
+    void begin(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
+               double dt, double h, PositionOf&& x_of) {
+        find(body, loads, motion, stiffness, time, dt, h);
+        x_.clear();
+        for (const auto& [vertex, tool] : found_) x_.push_back(x_of(vertex));
+        for (const auto& [triangle, tool] : found_faces_)
+            for (Index corner : body.rest.triangles[triangle]) x_.push_back(x_of(corner));
+        narrow(body, loads);
+    }
+
+    std::vector<Candidate>& candidates() { return candidates_; }
+
+    /// One sub-step from `time` to time + h on the candidates.
+    void resolve(const Loads& loads, double time, double h);
+
+    /// After the step of dt: the report.
+    void end(double dt);
+    const ContactReport& report() const { return report_; }
+
+  private:
+    struct Placed {
+        Eigen::Matrix3d R;
+        Vector t;
+        Vector local(const Vector& x) const { return R.transpose() * (x - t); }
+        Vector world(const Vector& x) const { return R * x + t; }
+    };
+    struct ToolData {
+        const void* key = nullptr;  ///< the mesh the probes are of
+        double radius = -1, length = -1;
+        Probes probes;
+        BoxTree probe_tree;
+        double bound = 0;         ///< of the ball about the origin that holds the tool [m]
+        double sweep = 0;         ///< how far its points move in this step [m]
+        double turn = 0;          ///< the angle [1]
+        Placed start, now, next;  ///< at the start of the step, before and after the sub-step
+        Placed back;              ///< from after the sub-step to before
+    };
+    struct VertexPair {
+        Index candidate, tool;
+        double distance;  ///< at the start of the step [m]
+        Vector local;     ///< there, in the tool's frame
+    };
+    struct FacePair {
+        std::array<Index, 6> corners;  ///< candidates; the last three lie across the sides
+        Index tool, probe;
+        double distance;  ///< between face and ball at the start of the step [m]
+    };
+    struct Point {
+        std::array<Index, 3> corners;  ///< candidates
+        std::array<double, 3> weights;
+        int count;  ///< of corners
+        Index tool;
+        Vector x;                          ///< before the sub-step
+        Vector normal, surface, velocity;  ///< of the tool where it ends
+        double least = 0;                  ///< n . v' is at least this [m/s]
+        double inverse_mass = 0, jn = 0;
+        Vector jt = Vector::Zero();
+    };
+    struct Steps {
+        Vector change = Vector::Zero(), direction = Vector::Zero();  ///< of a point's impulse
+    };
+    static Placed placed(const Tool& tool, double time);
+    static Placed placed(const Pose& pose);
+    void prepare(const Body& body, const Loads& loads, double time, double dt);
+    void find(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
+              double dt, double h);
+    void narrow(const Body& body, const Loads& loads);
+    Index candidate(const Body& body, Index vertex);
+    void meet(const Tool& tool, const VertexPair& pair, double h);
+    void meet(const FacePair& pair, double h);
+    void add(Point& point, const Vector& local, double offset, bool touching, double h);
+    void apply(Point& point, const Vector& impulse);
+    void relax(Point& point, double friction);
+    void settle(const Loads& loads);
+
+    BoxTree vertex_tree_, faces_tree_;               ///< at rest
+    std::vector<double> longest_;                    ///< per triangle: side at rest [m]
+    double mean_side_ = 0, largest_side_ = 0;        ///< [m]
+    std::vector<std::array<Index, 2>> found_;        ///< (vertex, tool)
+    std::vector<std::array<Index, 2>> found_faces_;  ///< (triangle, tool)
+    std::vector<Vector> x_;                          ///< of those, then of the corners of these [m]
+    std::vector<Index> candidate_of_;                ///< per vertex
+    std::vector<bool> pinned_;                       ///< per vertex
+    std::vector<Candidate> candidates_;
+    std::vector<ToolData> tools_;
+    std::vector<VertexPair> pairs_;
+    std::vector<FacePair> faces_;
+    std::vector<Point> points_;
+    std::vector<Steps> steps_;  ///< per point
+    double touch_ = 0;          ///< nearer than this is touching: rounding of positions [m]
+    /// How far a vertex is taken to move in this step: twice what the fastest does and a twentieth of what
+    /// springs could set free [m]. What goes farther into a tool is put out in the next step.
+    double reach_ = 0;
+    double h_ = 0;
+    double stiffness_ = 0, displacement_ = 0, last_time_ = 0;
+    ContactReport report_;
+};
+
+}  // namespace innerspring

@@ -1,0 +1,210 @@
+#include <algorithm>
+#include <cmath>
+
+#include "innerspring/sim/contact.h"
+
+// Which vertices and faces may meet a tool in a step.
+namespace innerspring {
+
+namespace {
+
+/// Faces are looked at where a side is longer than this share of a probe's radius: below it a sphere passes
+/// between the vertices by at most 1 % of its radius.
+constexpr double fine_side = 0.25;
+
+Box grown(const Box& box, double by) {
+    return {box.lower - Vector::Constant(by), box.upper + Vector::Constant(by)};
+}
+
+/// Calls fn(item) for every item in a leaf whose box, and those around it, are near(box).
+template <class Near, class Function>
+void for_each_near(const BoxTree& tree, Near&& near, Function&& fn) {
+    std::array<Index, 128> stack;
+    std::size_t top = 0;
+    if (!tree.nodes.empty()) stack[top++] = 0;
+    while (top > 0) {
+        const BoxTree::Node& node = tree.nodes[stack[--top]];
+        if (!near(node.box)) continue;
+        if (node.count == 0) {
+            stack[top++] = node.first + 1;
+            stack[top++] = node.first;
+        }
+        for (Index slot = node.first; slot < node.first + node.count; ++slot) fn(tree.items[slot]);
+    }
+}
+
+/// The corner beyond side (side, side + 1) of a triangle.
+Index across(const Body& body, Index t, int side) {
+    const Index edge = body.triangle_edges[t][side];
+    for (Index other : body.edge_triangles[edge])
+        if (other != t)
+            for (Index i : body.rest.triangles[other])
+                if (i != body.edges[edge].a && i != body.edges[edge].b) return i;
+    return body.rest.triangles[t][(side + 2) % 3];
+}
+
+}  // namespace
+
+Contact::Placed Contact::placed(const Pose& pose) {
+    return {pose.rotation.normalized().toRotationMatrix(), pose.position};
+}
+
+Contact::Placed Contact::placed(const Tool& tool, double time) {
+    return placed(pose_at(tool, time));
+}
+
+/// What depends on the body and the tools only, where they are new.
+void Contact::prepare(const Body& body, const Loads& loads, double time, double dt) {
+    const std::size_t n = body.vertices();
+    if (vertex_tree_.nodes.empty()) {
+        const auto& x = body.rest.positions;
+        std::vector<Box> boxes;
+        boxes.reserve(body.rest.triangles.size());
+        longest_.clear();
+        mean_side_ = 0;
+        for (const Triangle& t : body.rest.triangles) {
+            const Vector &a = x[t[0]], &b = x[t[1]], &c = x[t[2]];
+            boxes.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
+            longest_.push_back(
+                std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()})));
+            mean_side_ += longest_.back() / double(body.rest.triangles.size());
+        }
+        faces_tree_ = build_box_tree(boxes);
+        vertex_tree_ = build_point_tree(x, 8);
+        largest_side_ = *std::max_element(longest_.begin(), longest_.end());
+        candidate_of_.assign(n, no_index), pinned_.assign(n, false);
+        // Pages that are not written to cost nothing.
+        candidates_.clear(), candidates_.reserve(n), found_.reserve(n), pairs_.reserve(n), points_.reserve(n);
+        found_faces_.reserve(2 * n), faces_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n),
+            steps_.reserve(n);
+        tools_.clear();
+    }
+    tools_.resize(loads.tools.size());
+    report_.tools.resize(loads.tools.size());
+    for (std::size_t k = 0; k < tools_.size(); ++k) {
+        const Tool& tool = loads.tools[k];
+        ToolData& data = tools_[k];
+        if (data.key != tool.mesh.get() || data.radius != tool.radius || data.length != tool.length ||
+            data.probes.centres.empty() != (tool.shape == ToolShape::plane)) {
+            data.key = tool.mesh.get(), data.radius = tool.radius, data.length = tool.length;
+            data.bound = tool.shape == ToolShape::mesh ? tool.mesh->radius : tool.radius + tool.length / 2;
+            data.probes = probes_of(tool, std::max(mean_side_ / 2, data.bound / 64));
+            data.probe_tree = build_point_tree(data.probes.centres, 4);
+        }
+        data.start = data.next = placed(tool, time);
+        data.sweep = data.turn = 0;
+        const auto leg = [&](const Pose& a, const Pose& b) {
+            data.sweep += (b.position - a.position).norm();
+            data.turn += a.rotation.angularDistance(b.rotation);
+        };
+        Pose last = pose_at(tool, time);
+        for (const PosePoint& p : tool.path)
+            if (p.time > time && p.time < time + dt) leg(last, p.pose), last = p.pose;
+        leg(last, pose_at(tool, time + dt));
+        data.sweep += data.turn * data.bound;
+    }
+}
+
+Index Contact::candidate(const Body& body, Index i) {
+    if (candidate_of_[i] == no_index) {
+        candidate_of_[i] = Index(candidates_.size());
+        Candidate& c = candidates_.emplace_back();
+        c.vertex = i;
+        // Held bodies are damped implicitly: (m + h c) dv = j.
+        c.inverse_mass = pinned_[i] ? 0 : 1 / (body.m[i] + (body.free ? 0 : h_ * body.c[i]));
+    }
+    return candidate_of_[i];
+}
+
+/// Vertices and large triangles that may be near a tool, by where they are at rest.
+void Contact::find(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
+                   double dt, double h) {
+    prepare(body, loads, time, dt);
+    h_ = h, stiffness_ = stiffness, displacement_ = motion.displacement, last_time_ = -INFINITY;
+    touch_ = 2e-7 * body.radius;
+    reach_ = 2 * motion.speed * dt + loads.gravity.norm() * dt * dt / 2 + motion.displacement / 20;
+    found_.clear(), found_faces_.clear();
+    report_.work = 0;
+    for (ToolContact& t : report_.tools) t = {};
+    for (Index k = 0; k < tools_.size(); ++k) {
+        const ToolData& data = tools_[k];
+        const Tool& tool = loads.tools[k];
+        // Into the frame of the homes, which is where the trees are.
+        const double reach = motion.displacement + reach_ + data.sweep;
+        const Vector at = motion.frame.R.transpose() * (data.start.t - motion.frame.t);
+        const Eigen::Matrix3d R = motion.frame.R.transpose() * data.start.R;
+        const Vector n = R.col(2), axis = n * tool.length / 2;
+        const bool plane = tool.shape == ToolShape::plane;
+        const double radius = tool.shape == ToolShape::mesh ? data.bound : tool.radius;
+        const auto near = [&](const Box& b) {
+            const Vector middle = (b.lower + b.upper) / 2 - at, half = (b.upper - b.lower) / 2;
+            if (plane)
+                return n.dot(middle) - n.cwiseAbs().dot(half) <=
+                       reach + data.turn * (middle.norm() + half.norm());
+            // From the box grown by the axis of a capsule (a point for others) to the tool's centre.
+            const Vector apart = (middle.cwiseAbs() - half - axis.cwiseAbs()).cwiseMax(0);
+            return apart.squaredNorm() <= (radius + reach) * (radius + reach);
+        };
+        for_each_near(vertex_tree_, near, [&](Index i) { found_.push_back({i, k}); });
+        const double coarse = data.probes.centres.empty() ? std::numeric_limits<double>::infinity()
+                                                          : fine_side * data.probes.radius;
+        if (largest_side_ > coarse)
+            for_each_near(faces_tree_, near, [&](Index t) {
+                if (longest_[t] > coarse) found_faces_.push_back({t, k});
+            });
+    }
+}
+
+/// Of those the ones that are near where the body is now become candidates.
+void Contact::narrow(const Body& body, const Loads& loads) {
+    candidates_.clear(), pairs_.clear(), faces_.clear();
+    for (const Pin& pin : loads.pins)
+        for (Index i : pin.vertices) pinned_[i] = true;
+    const Vector* x = x_.data();
+    for (const auto& [i, k] : found_) {
+        const Tool& tool = loads.tools[k];
+        const ToolData& data = tools_[k];
+        const Vector local = data.start.local(*x);
+        double near = reach_ + data.sweep + 2 * touch_;
+        if (tool.shape == ToolShape::plane) near += data.turn * local.norm();
+        double within = near;
+        // Inside a mesh it counts however deep it is.
+        if (tool.shape == ToolShape::mesh && overlap(tool.mesh->tree.nodes[0].box, {local, local}))
+            within = std::numeric_limits<double>::infinity();
+        const double distance = nearest(tool, local, within).distance;
+        if (distance <= near && !pinned_[i]) {
+            const Index c = candidate(body, i);
+            candidates_[c].start = *x;
+            pairs_.push_back({c, k, distance, local});
+        }
+        ++x;
+    }
+    for (const auto& [t, k] : found_faces_) {
+        const ToolData& data = tools_[k];
+        const Vector &a = *x++, &b = *x++, &c = *x++;
+        const Vector middle = (a + b + c) / 3;
+        const double size = std::sqrt(
+            std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
+        const double within = reach_ + data.sweep + data.probes.radius + 2 * touch_;
+        const Vector local = data.start.local(middle);
+        const Box box = grown({local, local}, size + within);
+        const auto in_box = [&box](const Box& other) { return overlap(other, box); };
+        for_each_near(data.probe_tree, in_box, [&, t = t, k = k](Index probe) {
+            const Vector s = data.start.world(data.probes.centres[probe]);
+            const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
+            if (distance > within) return;
+            FacePair pair{{}, k, probe, distance - data.probes.radius};
+            for (int n = 0; n < 3; ++n) {
+                pair.corners[n] = candidate(body, body.rest.triangles[t][n]);
+                candidates_[pair.corners[n]].start = n == 0 ? a : n == 1 ? b : c;
+                pair.corners[n + 3] = candidate(body, across(body, t, n));
+            }
+            faces_.push_back(pair);
+        });
+    }
+    for (const Candidate& c : candidates_) candidate_of_[c.vertex] = no_index;
+    for (const Pin& pin : loads.pins)
+        for (Index i : pin.vertices) pinned_[i] = false;
+}
+
+}  // namespace innerspring
