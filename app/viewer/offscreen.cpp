@@ -1,0 +1,97 @@
+#include "offscreen.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gui.h"
+#include "innerspring/mesh/error.h"
+#include "innerspring/mesh/write.h"
+#include "stage.h"
+
+namespace innerspring::viewer {
+
+double panel_width(double scale) {
+    return 330 * scale;
+}
+
+struct Studio::Parts {
+    Offscreen context;
+    Canvas canvas;
+    Gui gui;
+    Stage stage;
+    PanelState panel;
+    std::optional<Camera> camera;
+    explicit Parts(const PictureRequest& r) : canvas(r.width, r.height), gui(r.scale) { panel.look = r.look; }
+};
+
+Studio::Studio(const PictureRequest& request) : request_(request), parts_(std::make_unique<Parts>(request)) {}
+Studio::~Studio() = default;
+
+Image Studio::picture(const Snapshot& snapshot, const History& history) {
+    Parts& p = *parts_;
+    if (!p.camera) {
+        p.camera.emplace();
+        p.camera->azimuth = request_.camera.azimuth, p.camera->elevation = request_.camera.elevation;
+        fit(*p.camera, snapshot);
+        zoom(*p.camera, request_.camera.zoom);
+    }
+    const double width = request_.width, height = request_.height, side = panel_width(request_.scale);
+    const double left = request_.panel && width > 1.5 * side ? width - side : width;
+    // The first frame of a panel measures its text; what is read is drawn after that.
+    for (int pass = 0; pass < (request_.panel ? 2 : 1); ++pass) {
+        p.canvas.bind();
+        p.gui.begin(width, height, 1, 1.0 / 60, {});
+        p.stage.draw(snapshot, p.panel.look, *p.camera, {0, 0, left, height}, height, 1, request_.scale, 0);
+        if (left < width) draw_panel(snapshot, history, p.panel, {left, 0, side, height}, request_.scale);
+        p.gui.end();
+    }
+    return p.canvas.read();
+}
+
+int take_pictures(Rig& rig, const PictureRequest& request) {
+    const double dt = rig[0].dt();
+    const double steps = std::round(request.after / dt);
+    if (!(steps >= 0 && steps <= 1e8))
+        throw InputError(
+            fmt::format("--after {:g}: expected a time from 0 to {:g} s", request.after, 1e8 * dt));
+    Studio studio(request);
+    if (!request.movie.empty()) {
+        std::error_code failed;
+        std::filesystem::create_directories(request.movie, failed);
+        if (failed)
+            throw RunError(fmt::format("{}: cannot be made: {}", request.movie.string(), failed.message()));
+    }
+    Capture capture;
+    Snapshot snapshot;
+    History history;
+    int written = 0, frames = 0;
+    const auto every = std::uint64_t(std::max(1.0, std::round(1 / (request.rate * dt))));
+    for (std::uint64_t tick = 0;; ++tick) {
+        const bool last = tick >= std::uint64_t(steps),
+                   in_movie = !request.movie.empty() && tick % every == 0;
+        const bool sampled =
+            request.panel && tick % std::max<std::uint64_t>(1, std::uint64_t(steps) / 400) == 0;
+        if (last || in_movie || sampled) {
+            capture(rig, snapshot);
+            history.add(snapshot);
+        }
+        if (in_movie) {
+            write_whole(request.movie / fmt::format("frame_{:06d}.png", frames++),
+                        to_png(studio.picture(snapshot, history)));
+            ++written;
+        }
+        if (last) break;
+        if (!rig.advance())
+            for (std::size_t n = 0; n < rig.size(); ++n)
+                if (!rig[n].failure().empty()) throw RunError(rig[n].failure());
+    }
+    if (!request.screenshot.empty()) {
+        write_whole(request.screenshot, to_png(studio.picture(snapshot, history)));
+        ++written;
+    }
+    return written;
+}
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,220 @@
+#include "panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace innerspring::viewer {
+
+namespace {
+
+void row(const char* label, const std::string& value) {
+    ImGui::TextDisabled("%s", label);
+    ImGui::SameLine(ImGui::GetContentRegionMax().x * 0.42f);
+    ImGui::TextUnformatted(value.c_str());
+}
+
+bool slider(const char* label, double& value, double low, double high, const char* format) {
+    return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
+                               ImGuiSliderFlags_Logarithmic);
+}
+
+void draw_numbers(const Snapshot& snapshot) {
+    for (const BodySnapshot& body : snapshot.bodies) {
+        if (snapshot.bodies.size() > 1)
+            ImGui::TextUnformatted(
+                fmt::format("{}, scheme {}", body.surface->name, to_string(body.scheme)).c_str());
+        row("vertices",
+            fmt::format("{} ({} triangles)", body.surface->rest.size(), body.surface->triangles.size()));
+        row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
+        row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
+        if (!body.simulated) continue;
+        row("stepping", fmt::format("{}, {} sub-steps, {}", body.integrator, body.substeps, body.precision));
+        row("kinetic, elastic", fmt::format("{:.3g} J, {:.3g} J", body.kinetic, body.elastic));
+    }
+    if (!snapshot.bodies[0].simulated) return;
+    row("time", fmt::format("{:.3f} s, {} steps of {:g} s", snapshot.time, snapshot.ticks, snapshot.dt));
+    row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
+                                        !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed
+                                            ? fmt::format(" ({:g} asked for)", snapshot.speed)
+                                            : ""));
+    row("steps per second",
+        fmt::format("{:.0f} ({:.3g} ms each)", snapshot.steps_per_second, snapshot.bodies[0].step_ms));
+}
+
+void draw_time(const Snapshot& snapshot, PanelActions& actions) {
+    if (ImGui::Button(snapshot.paused ? "run###pause" : "pause###pause")) actions.pause = !snapshot.paused;
+    ImGui::SameLine();
+    if (ImGui::Button("step")) actions.step = true;
+    ImGui::SameLine();
+    if (ImGui::Button("reset")) actions.commands.push_back(Reset{});
+    ImGui::SameLine();
+    if (ImGui::Button("undo")) actions.commands.push_back(Undo{});
+    ImGui::SameLine();
+    if (ImGui::Button("fit")) actions.fit = true;
+    double speed = snapshot.speed;
+    if (slider("speed", speed, 0.01, 4, "%.2f x")) actions.speed = speed;
+}
+
+void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
+    const BodySnapshot& body = snapshot.bodies[0];
+    for (Scheme scheme : {Scheme::A, Scheme::B, Scheme::C}) {
+        if (scheme != Scheme::A) ImGui::SameLine();
+        const std::string name = fmt::format("scheme {}", to_string(scheme));
+        const bool now = snapshot.bodies.size() == 1 && body.scheme == scheme;
+        if (ImGui::RadioButton(name.c_str(), now) && !now) actions.commands.push_back(SetScheme{scheme});
+    }
+    // The ends of the sliders depend on what the body was when they were taken.
+    const Material& from = state.before_slider ? *state.before_slider : body.material;
+    Material m = body.material;
+    const double stiff = from.young * body.surface->radius;
+    bool moved = false, held = false;
+    auto row_of = [&](const char* label, double& value, double low, double high) {
+        moved |= slider(label, value, low, high, "%.4g");
+        held |= ImGui::IsItemActive();
+    };
+    row_of("E [Pa]", m.young, 0.1 * from.young, 10 * from.young);
+    row_of("E_s [N/m]", m.surface, 1e-3 * stiff, 10 * stiff);
+    row_of("mass [kg]", m.mass, 0.1 * from.mass, 10 * from.mass);
+    row_of("damping", m.damping, 0.01, 10);
+    if (moved) actions.commands.push_back(Tune{m});
+    if (held && !state.before_slider) state.before_slider = body.material;
+    if (!held) state.before_slider.reset();
+}
+
+void draw_gravity(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
+    const double g = snapshot.gravity.norm();
+    if (g > 0) state.strength = g;
+    bool on = g > 0;
+    auto turned = [&]() -> Vector {
+        const double a = state.tilt * std::numbers::pi / 180;
+        return state.strength * Vector(std::sin(a), -std::cos(a), 0);
+    };
+    if (ImGui::Checkbox("gravity", &on))
+        actions.commands.push_back(Gravity{on ? turned() : Vector(Vector::Zero())});
+    ImGui::SameLine();
+    float tilt = float(state.tilt);
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.6f);
+    if (ImGui::SliderFloat("turned", &tilt, -180, 180, "%.0f deg")) {
+        state.tilt = tilt;
+        if (on) actions.commands.push_back(Gravity{turned()});
+    }
+}
+
+void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
+    const std::pair<Tool, const char*> tools[] = {
+        {Tool::hold, "hold"}, {Tool::push, "push"}, {Tool::refine, "refine"}, {Tool::lasso, "pin"}};
+    for (const auto& [tool, name] : tools) {
+        if (tool != Tool::hold) ImGui::SameLine();
+        if (ImGui::RadioButton(name, state.tool == tool)) state.tool = tool;
+    }
+    const BodySnapshot& body = snapshot.bodies[0];
+    const double R = body.surface->radius, unit = body.material.young * R * R;
+    double radius = state.influence * R, push = state.push_share * unit;
+    if (slider("radius [m]", radius, 0.05 * R, R, "%.3g")) state.influence = radius / R;
+    if (slider("push [N]", push, 1e-4 * unit, unit, "%.3g")) state.push_share = push / unit;
+    if (!body.pinned.empty()) {
+        if (ImGui::Button("let pins go")) actions.commands.push_back(Unpin{});
+        ImGui::SameLine();
+        ImGui::TextUnformatted(fmt::format("{} vertices pinned", body.pinned.size()).c_str());
+    }
+}
+
+void draw_look(PanelState& state) {
+    Look& look = state.look;
+    if (ImGui::BeginCombo("colours", std::string(to_string(look.colour)).c_str())) {
+        for (ColourBy colour : all_colours) {
+            if (ImGui::Selectable(std::string(to_string(colour)).c_str(), colour == look.colour))
+                look.colour = colour;
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", std::string(meaning_of(colour)).c_str());
+        }
+        ImGui::EndCombo();
+    }
+    ImGui::Checkbox("flat", &look.flat);
+    ImGui::SameLine(), ImGui::Checkbox("edges", &look.wireframe);
+    ImGui::SameLine(), ImGui::Checkbox("ground", &look.ground);
+    ImGui::Checkbox("homes", &look.homes);
+    ImGui::SameLine(), ImGui::Checkbox("virtual tetrahedra", &look.tetrahedra);
+}
+
+void draw_help(PanelState& state, const Box2& box, double s) {
+    ImGui::SetNextWindowPos({float(box.x / 2), float(box.y + box.height / 2)}, ImGuiCond_Always,
+                            {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({float(430 * s), 0});
+    if (ImGui::Begin("Keys and mouse", &state.help,
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove))
+        for (const Shortcut& shortcut : shortcuts()) {
+            ImGui::TextUnformatted(shortcut.keys);
+            ImGui::SameLine(float(170 * s));
+            ImGui::TextUnformatted(shortcut.what);
+        }
+    ImGui::End();
+}
+
+}  // namespace
+
+std::span<const Shortcut> shortcuts() {
+    static constexpr Shortcut all[] = {{"left drag on the body", "the tool: hold, push, refine, pin"},
+                                       {"left drag beside it", "orbit"},
+                                       {"right drag", "orbit"},
+                                       {"middle drag, Shift+right", "pan"},
+                                       {"wheel", "zoom; while pushing: more or less force"},
+                                       {"H  P  F  L", "tool: hold, push, refine, pin (lasso)"},
+                                       {"R  C", "refine, coarsen under the pointer"},
+                                       {"1  2  3", "scheme A, B, C"},
+                                       {"G", "gravity on and off"},
+                                       {"Space  .", "pause; one step"},
+                                       {"Backspace  Z", "reset; undo"},
+                                       {"V", "next colours"},
+                                       {"W  S", "edges; flat or smooth"},
+                                       {"O  T", "homes; virtual tetrahedra"},
+                                       {"0", "fit the body into the view"},
+                                       {"F2  F3  F4  F5", "save picture, VTP, scene, recording"},
+                                       {"Tab  ?  Q", "panel; these keys; close"}};
+    return all;
+}
+
+PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
+                        double s) {
+    PanelActions actions;
+    if (state.open) {
+        ImGui::SetNextWindowPos({float(box.x), float(box.y)});
+        ImGui::SetNextWindowSize({float(box.width), float(box.height)});
+        ImGui::Begin("innerspring", nullptr,
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                         ImGuiWindowFlags_NoTitleBar);
+        ImGui::PushItemWidth(ImGui::GetContentRegionAvail().x * 0.66f);
+        const bool simulated = snapshot.bodies[0].simulated;
+        draw_numbers(snapshot);
+        ImGui::Separator();
+        if (simulated) {
+            draw_time(snapshot, actions);
+            ImGui::Separator();
+            draw_body(snapshot, state, actions);
+            draw_gravity(snapshot, state, actions);
+            ImGui::Separator();
+            draw_tools(snapshot, state, actions);
+            ImGui::Separator();
+        }
+        draw_look(state);
+        ImGui::Separator();
+        draw_plots(history, snapshot, s);
+        ImGui::TextDisabled("save");
+        ImGui::SameLine(), actions.picture |= ImGui::SmallButton("picture");
+        ImGui::SameLine(), actions.vtp |= ImGui::SmallButton("VTP");
+        if (simulated) {
+            ImGui::SameLine(), actions.scene |= ImGui::SmallButton("scene");
+            ImGui::SameLine(), actions.recording |= ImGui::SmallButton("recording");
+        }
+        ImGui::SameLine();
+        if (ImGui::SmallButton("?")) state.help = !state.help;
+        ImGui::PopItemWidth();
+        ImGui::End();
+    }
+    if (state.help) draw_help(state, box, s);
+    return actions;
+}
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,46 @@
+#pragma once
+#include <optional>
+
+#include "commands.h"
+#include "overlay.h"
+#include "plots.h"
+
+namespace innerspring::viewer {
+
+enum class Tool { hold, push, refine, lasso };
+
+/// What the user has set, beside what the body itself knows.
+struct PanelState {
+    bool open = true;
+    bool help = false;
+    Look look;
+    Tool tool = Tool::hold;
+    double influence = 0.35;   ///< radius of influence, in volume radii
+    double push_share = 0.01;  ///< force of a push, in E R^2
+    double tilt = 0;           ///< gravity is turned so far from down, towards +x [degree]
+    double strength = 9.81;    ///< of gravity, also while it is off [m/s^2]
+    /// While a slider is moved: what its ends are told from.
+    std::optional<Material> before_slider;
+};
+
+/// What was asked for in this frame.
+struct PanelActions {
+    std::vector<Command> commands;
+    std::optional<bool> pause;
+    bool step = false;
+    std::optional<double> speed;
+    bool fit = false;
+    bool picture = false, vtp = false, scene = false, recording = false;
+};
+
+/// The panel in `box`, the help over the middle if it is asked for, and the message.
+PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
+                        double scale);
+
+/// The keys and what they do.
+struct Shortcut {
+    const char *keys, *what;
+};
+std::span<const Shortcut> shortcuts();
+
+}  // namespace innerspring::viewer
