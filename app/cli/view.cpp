@@ -10,6 +10,7 @@
 #ifdef INNERSPRING_VIEWER
 #include "offscreen.h"
 #include "open.h"
+#include "window.h"
 #endif
 
 using namespace innerspring;
@@ -81,7 +82,13 @@ int run(const Arguments& a) {
                    picture.height, a.screenshot.empty() ? a.movie : a.screenshot);
         return 0;
     }
-    throw InputError("window: not yet");
+    viewer::WindowOptions window;
+    window.open = open;
+    window.look = look;
+    if (!a.camera.empty()) window.camera = picture.camera;
+    if (!a.size.empty()) window.size = {picture.width, picture.height};
+    viewer::run_window(window);
+    return 0;
 }
 
 #else

@@ -1,8 +1,7 @@
 #include "graphics.h"
 
-#include <epoxy/egl.h>
-// After epoxy, which brings OpenGL.
 #include <GLFW/glfw3.h>
+#include <epoxy/egl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -45,7 +44,7 @@ void compile(GLuint program, GLenum kind, const char* source) {
         glDeleteShader(shader);
         std::string text(log);
         std::replace(text.begin(), text.end(), '\n', ' ');
-        throw RunError("this OpenGL does not take a shader: " + text);
+        throw RunError(fmt::format("this OpenGL does not take a shader: {}", text));
     }
     glAttachShader(program, shader);
     glDeleteShader(shader);  // lives on with the program

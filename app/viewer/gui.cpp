@@ -1,6 +1,5 @@
 #include "gui.h"
 
-// After the system's OpenGL headers none are needed: the back end brings its own.
 #include <GLFW/glfw3.h>
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>

@@ -10,7 +10,8 @@ namespace innerspring::viewer {
 /// What the pointer and the keys do, in points of the window from its upper left.
 struct Input {
     double x = -1e9, y = -1e9;
-    std::array<bool, 3> buttons{};  ///< left, right, middle
+    std::array<bool, 3> buttons{};  ///< left, right, middle: down now, or for a moment since the last frame
+    std::array<bool, 3> held{};     ///< down now
     double wheel = 0;               ///< since the last frame
     bool shift = false, control = false;
     std::vector<std::pair<int, bool>> keys;  ///< GLFW key and whether it went down, since the last frame

@@ -12,10 +12,6 @@
 
 namespace innerspring::viewer {
 
-double panel_width(double scale) {
-    return 330 * scale;
-}
-
 struct Studio::Parts {
     Offscreen context;
     Canvas canvas;

@@ -37,7 +37,4 @@ class Studio {
     std::unique_ptr<Parts> parts_;
 };
 
-/// The panel's width [point].
-double panel_width(double scale);
-
 }  // namespace innerspring::viewer

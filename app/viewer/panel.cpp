@@ -23,25 +23,23 @@ bool slider(const char* label, double& value, double low, double high, const cha
 
 void draw_numbers(const Snapshot& snapshot) {
     for (const BodySnapshot& body : snapshot.bodies) {
-        if (snapshot.bodies.size() > 1)
-            ImGui::TextUnformatted(
-                fmt::format("{}, scheme {}", body.surface->name, to_string(body.scheme)).c_str());
+        const std::string name = body.surface->name;
+        ImGui::TextUnformatted(body.simulated
+                                   ? fmt::format("{}, scheme {}", name, to_string(body.scheme)).c_str()
+                                   : name.c_str());
         row("vertices",
-            fmt::format("{} ({} triangles)", body.surface->rest.size(), body.surface->triangles.size()));
+            fmt::format("{}, {} triangles", body.surface->rest.size(), body.surface->triangles.size()));
         row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
         row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
-        if (!body.simulated) continue;
-        row("stepping", fmt::format("{}, {} sub-steps, {}", body.integrator, body.substeps, body.precision));
-        row("kinetic, elastic", fmt::format("{:.3g} J, {:.3g} J", body.kinetic, body.elastic));
+        if (body.simulated) row("sub-steps", fmt::format("{}, {}", body.substeps, body.integrator));
     }
     if (!snapshot.bodies[0].simulated) return;
-    row("time", fmt::format("{:.3f} s, {} steps of {:g} s", snapshot.time, snapshot.ticks, snapshot.dt));
+    row("time", fmt::format("{:.3f} s, step {:g} s", snapshot.time, snapshot.dt));
+    const bool slow = !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed;
     row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
-                                        !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed
-                                            ? fmt::format(" ({:g} asked for)", snapshot.speed)
-                                            : ""));
+                                        slow ? fmt::format(" ({:g} asked for)", snapshot.speed) : ""));
     row("steps per second",
-        fmt::format("{:.0f} ({:.3g} ms each)", snapshot.steps_per_second, snapshot.bodies[0].step_ms));
+        fmt::format("{:.0f}, {:.3g} ms each", snapshot.steps_per_second, snapshot.bodies[0].step_ms));
 }
 
 void draw_time(const Snapshot& snapshot, PanelActions& actions) {
@@ -88,18 +86,14 @@ void draw_gravity(const Snapshot& snapshot, PanelState& state, PanelActions& act
     const double g = snapshot.gravity.norm();
     if (g > 0) state.strength = g;
     bool on = g > 0;
-    auto turned = [&]() -> Vector {
-        const double a = state.tilt * std::numbers::pi / 180;
-        return state.strength * Vector(std::sin(a), -std::cos(a), 0);
-    };
     if (ImGui::Checkbox("gravity", &on))
-        actions.commands.push_back(Gravity{on ? turned() : Vector(Vector::Zero())});
+        actions.commands.push_back(Gravity{on ? gravity_of(state) : Vector(Vector::Zero())});
     ImGui::SameLine();
     float tilt = float(state.tilt);
     ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.6f);
     if (ImGui::SliderFloat("turned", &tilt, -180, 180, "%.0f deg")) {
         state.tilt = tilt;
-        if (on) actions.commands.push_back(Gravity{turned()});
+        if (on) actions.commands.push_back(Gravity{gravity_of(state)});
     }
 }
 
@@ -154,6 +148,11 @@ void draw_help(PanelState& state, const Box2& box, double s) {
 }
 
 }  // namespace
+
+Vector gravity_of(const PanelState& state) {
+    const double a = state.tilt * std::numbers::pi / 180;
+    return state.strength * Vector(std::sin(a), -std::cos(a), 0);
+}
 
 std::span<const Shortcut> shortcuts() {
     static constexpr Shortcut all[] = {{"left drag on the body", "the tool: hold, push, refine, pin"},

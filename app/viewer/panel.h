@@ -33,9 +33,17 @@ struct PanelActions {
     bool picture = false, vtp = false, scene = false, recording = false;
 };
 
+/// The panel's width [point].
+inline double panel_width(double scale) {
+    return 330 * scale;
+}
+
 /// The panel in `box`, the help over the middle if it is asked for, and the message.
 PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
                         double scale);
+
+/// As the panel has it, whether it is on or not [m/s^2].
+Vector gravity_of(const PanelState& state);
 
 /// The keys and what they do.
 struct Shortcut {
