@@ -40,7 +40,8 @@ Image Studio::picture(const Snapshot& snapshot, const History& history) {
         p.canvas.bind();
         p.gui.begin(width, height, 1, 1.0 / 60, {});
         p.stage.draw(snapshot, p.panel.look, *p.camera, {0, 0, left, height}, height, 1, request_.scale, 0);
-        if (left < width) draw_panel(snapshot, history, p.panel, {left, 0, side, height}, request_.scale);
+        if (left < width)
+            draw_panel(snapshot, history, p.panel, {left, 0, side, height}, true, request_.scale);
         p.gui.end();
     }
     return p.canvas.read();

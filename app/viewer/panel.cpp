@@ -176,9 +176,9 @@ std::span<const Shortcut> shortcuts() {
 }
 
 PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
-                        double s) {
+                        bool fits, double s) {
     PanelActions actions;
-    if (state.open) {
+    if (state.open && fits) {
         ImGui::SetNextWindowPos({float(box.x), float(box.y)});
         ImGui::SetNextWindowSize({float(box.width), float(box.height)});
         ImGui::Begin("innerspring", nullptr,

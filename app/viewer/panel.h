@@ -38,9 +38,9 @@ inline double panel_width(double scale) {
     return 330 * scale;
 }
 
-/// The panel in `box`, the help over the middle if it is asked for, and the message.
+/// The panel in `box` if it is open and fits, the help over the middle if it is asked for, and the message.
 PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
-                        double scale);
+                        bool fits, double scale);
 
 /// As the panel has it, whether it is on or not [m/s^2].
 Vector gravity_of(const PanelState& state);

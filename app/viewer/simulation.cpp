@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "innerspring/body/tune.h"
 #include "innerspring/mesh/error.h"
@@ -13,9 +14,11 @@ namespace {
 
 /// How much stiffer the hand's spring is than the patch it holds: the patch follows the hand by 4/5.
 constexpr double grip = 4;
-/// How much of the way to the spring's force the hand goes in a step. With the body's own answer this makes
-/// 1 - follow (1 + grip) = -0.5 of an error in a step at most: it dies out.
-constexpr double follow = 0.3;
+/// What the patch answers by its inner springs alone the hand gives at once, the rest (surface springs,
+/// gravity) within so many times the time of the patch's own motion, sqrt(m / K): slow enough for no
+/// overshoot. In a step it goes at most this share of the way, so that of an error 1 - 0.3 (1 + grip) = -0.5
+/// is left at most.
+constexpr double slowness = 20, most_of_the_way = 0.3;
 /// The hand pulls with no more than this times E R^2.
 constexpr double strongest = 5;
 
@@ -104,7 +107,7 @@ void Simulation::act(const Command& command) {
     } else if (const auto* grab = std::get_if<Grab>(&command)) {
         act(*grab);
     } else if (const auto* drag = std::get_if<Drag>(&command)) {
-        if (drag->by.allFinite()) now_.hand.by = drag->by;
+        act(*drag);
     } else if (const auto* push = std::get_if<Push>(&command)) {
         act(*push);
     } else if (std::holds_alternative<Release>(command)) {
@@ -197,6 +200,13 @@ void Simulation::act(const Grab& grab) {
     now_.hand.stiffness = grip * patch_stiffness(now_.body, force);
 }
 
+void Simulation::act(const Drag& drag) {
+    Hand& hand = now_.hand;
+    if (!drag.by.allFinite() || hand.kind != Hand::Kind::hold) return;
+    now_.loads.forces.back().newton += hand.stiffness / (1 + grip) * (drag.by - hand.by);
+    hand.by = drag.by;
+}
+
 void Simulation::act(const Push& push) {
     if (!push.newton.allFinite()) throw InputError("the hand's force must be finite");
     set_hand(Hand::Kind::push, push.near, push.radius);
@@ -226,7 +236,10 @@ bool Simulation::advance() {
         Vector pull = now_.hand.stiffness * (now_.hand.from + now_.hand.by - mean_place(force, now_.state));
         const double most = strongest * now_.body.material.young * now_.body.radius * now_.body.radius;
         if (const double size = pull.norm(); size > most) pull *= most / size;
-        force.newton += follow * (pull - force.newton);
+        const Index i = force.centre;
+        const double rate = std::sqrt(now_.body.K[i] / now_.body.m[i]) / slowness;
+        force.newton += std::min(most_of_the_way, rate * scene_.step.dt) * (pull - force.newton);
+        if (const double size = force.newton.norm(); size > most) force.newton *= most / size;
     }
     try {
         if (now_.refiner)

@@ -63,6 +63,7 @@ class Simulation {
 
     void act(const Command& command);
     void act(const Grab& grab);
+    void act(const Drag& drag);
     void act(const Push& push);
     void release();
     void set_hand(Hand::Kind kind, const Vector& near, double radius);

@@ -138,11 +138,13 @@ void Window::update_size() {
 }
 
 Box2 Window::stage_box() const {
-    const double side = panel_.open ? panel_width(scale_) : 0;
-    return {0, 0, side < 0.7 * width_ ? width_ - side : width_, height_};
+    return {0, 0, panel_.open && panel_fits() ? width_ - panel_width(scale_) : width_, height_};
+}
+bool Window::panel_fits() const {
+    return panel_width(scale_) < 0.7 * width_;
 }
 Box2 Window::panel_box() const {
-    const double side = std::min(panel_width(scale_), width_);
+    const double side = panel_width(scale_);
     return {width_ - side, 0, side, height_};
 }
 
@@ -167,7 +169,7 @@ bool Window::frame() {
     input_.keys.clear(), input_.characters.clear();
     for (std::size_t n = 0; n < 3; ++n) input_.buttons[n] = input_.held[n];
     stage_->draw(snapshot(), panel_.look, camera_, box, height_, pixels_, scale_, seconds);
-    const PanelActions actions = draw_panel(snapshot(), history_, panel_, panel_box(), scale_);
+    const PanelActions actions = draw_panel(snapshot(), history_, panel_, panel_box(), panel_fits(), scale_);
     if (playback_) draw_transport(box, seconds);
     draw_message(box);
     gui_->end();
@@ -220,7 +222,7 @@ void Window::draw_transport(const Box2& box, double seconds) {
     if (ImGui::SliderFloat("##time", &time, 0, float(playback_->end()), "%.3f s")) play_time_ = time;
     ImGui::End();
     if (playing_) play_time_ += seconds;
-    if (play_time_ > playback_->end()) play_time_ = 0;
+    if (play_time_ > playback_->end() + 0.7) play_time_ = 0;  // the last one stays a while
     try {
         playback_->show_time(play_time_);
         history_.add(snapshot());

@@ -71,6 +71,7 @@ class Window {
     void load(const OpenRequest& request);
     void update_size();
     Box2 stage_box() const;
+    bool panel_fits() const;
     Box2 panel_box() const;
     void begin_tool();
     void move_tool();
