@@ -76,8 +76,16 @@ int run(const Arguments& a) {
         picture.screenshot = a.screenshot, picture.movie = a.movie;
         if (!(picture.rate > 0 && picture.scale >= 0.5 && picture.scale <= 4))
             throw InputError("--fps must be positive, --text-scale from 0.5 to 4");
-        const auto rig = viewer::open_rig(open);
-        const int written = viewer::take_pictures(*rig, picture);
+        const bool frames = open.what.size() == 1 && viewer::Playback::is_one(open.what[0]);
+        if (frames && !open.compare.empty())
+            throw InputError("recorded frames are of one body; leave --compare out");
+        int written = 0;
+        if (frames) {
+            viewer::Playback playback(open.what[0]);
+            written = viewer::take_pictures(playback, picture);
+        } else {
+            written = viewer::take_pictures(*viewer::open_rig(open), picture);
+        }
         fmt::print("{} picture{} of {} x {} written to {}\n", written, written == 1 ? "" : "s", picture.width,
                    picture.height, a.screenshot.empty() ? a.movie : a.screenshot);
         return 0;

@@ -47,6 +47,39 @@ Image Studio::picture(const Snapshot& snapshot, const History& history) {
     return p.canvas.read();
 }
 
+namespace {
+
+void make_folder(const std::filesystem::path& folder) {
+    if (folder.empty()) return;
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    if (failed) throw RunError(fmt::format("{}: cannot be made: {}", folder.string(), failed.message()));
+}
+
+std::string frame_name(int frame) {
+    return fmt::format("frame_{:06d}.png", frame);
+}
+
+}  // namespace
+
+int take_pictures(Playback& playback, const PictureRequest& request) {
+    Studio studio(request);
+    make_folder(request.movie);
+    History history;
+    int written = 0;
+    std::size_t frame = 0;
+    do {
+        playback.show(frame);
+        history.add(playback.snapshot());
+        if (!request.movie.empty())
+            write_whole(request.movie / frame_name(written++),
+                        to_png(studio.picture(playback.snapshot(), history)));
+    } while (++frame < playback.frames() && playback.time_of(frame) <= request.after * (1 + 1e-9));
+    if (request.screenshot.empty()) return written;
+    write_whole(request.screenshot, to_png(studio.picture(playback.snapshot(), history)));
+    return written + 1;
+}
+
 int take_pictures(Rig& rig, const PictureRequest& request) {
     const double dt = rig[0].dt();
     const double steps = std::round(request.after / dt);
@@ -54,12 +87,7 @@ int take_pictures(Rig& rig, const PictureRequest& request) {
         throw InputError(
             fmt::format("--after {:g}: expected a time from 0 to {:g} s", request.after, 1e8 * dt));
     Studio studio(request);
-    if (!request.movie.empty()) {
-        std::error_code failed;
-        std::filesystem::create_directories(request.movie, failed);
-        if (failed)
-            throw RunError(fmt::format("{}: cannot be made: {}", request.movie.string(), failed.message()));
-    }
+    make_folder(request.movie);
     Capture capture;
     Snapshot snapshot;
     History history;
@@ -75,8 +103,7 @@ int take_pictures(Rig& rig, const PictureRequest& request) {
             history.add(snapshot);
         }
         if (in_movie) {
-            write_whole(request.movie / fmt::format("frame_{:06d}.png", frames++),
-                        to_png(studio.picture(snapshot, history)));
+            write_whole(request.movie / frame_name(frames++), to_png(studio.picture(snapshot, history)));
             ++written;
         }
         if (last) break;

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "panel.h"
+#include "playback.h"
 #include "rig.h"
 
 namespace innerspring::viewer {
@@ -23,6 +24,10 @@ struct PictureRequest {
 /// is, and draws it with the window's renderer, without a display. Returns how many pictures were written.
 /// Throws RunError without OpenGL 3.3, if a file cannot be written, or if a body left the numbers.
 int take_pictures(Rig& rig, const PictureRequest& request);
+
+/// The frames of a simulation instead: `after` is the time of the picture; the movie has every frame up to
+/// it.
+int take_pictures(Playback& playback, const PictureRequest& request);
 
 /// Draws snapshots without a display.
 class Studio {

@@ -16,9 +16,13 @@ void row(const char* label, const std::string& value) {
     ImGui::TextUnformatted(value.c_str());
 }
 
-bool slider(const char* label, double& value, double low, double high, const char* format) {
-    return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
-                               ImGuiSliderFlags_Logarithmic);
+/// Over the logarithm, whatever the size of the numbers: a vertex may weigh a microgram.
+bool slider(const char* label, double& value, double low, double high, const char* unit = "") {
+    float t = float(std::log(value / low) / std::log(high / low));
+    const std::string text = fmt::format("{:.4g}{}", value, unit);
+    const bool moved = ImGui::SliderFloat(label, &t, 0, 1, text.c_str(), ImGuiSliderFlags_NoInput);
+    if (moved) value = low * std::pow(high / low, double(t));
+    return moved;
 }
 
 void draw_numbers(const Snapshot& snapshot) {
@@ -35,6 +39,7 @@ void draw_numbers(const Snapshot& snapshot) {
     }
     if (!snapshot.bodies[0].simulated) return;
     row("time", fmt::format("{:.3f} s, step {:g} s", snapshot.time, snapshot.dt));
+    if (snapshot.steps_per_second == 0 && snapshot.bodies[0].step_ms == 0) return;  // no clock: off screen
     const bool slow = !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed;
     row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
                                         slow ? fmt::format(" ({:g} asked for)", snapshot.speed) : ""));
@@ -53,7 +58,7 @@ void draw_time(const Snapshot& snapshot, PanelActions& actions) {
     ImGui::SameLine();
     if (ImGui::Button("fit")) actions.fit = true;
     double speed = snapshot.speed;
-    if (slider("speed", speed, 0.01, 4, "%.2f x")) actions.speed = speed;
+    if (slider("speed", speed, 0.01, 4, " x")) actions.speed = speed;
 }
 
 void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
@@ -70,7 +75,7 @@ void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& action
     const double stiff = from.young * body.surface->radius;
     bool moved = false, held = false;
     auto row_of = [&](const char* label, double& value, double low, double high) {
-        moved |= slider(label, value, low, high, "%.4g");
+        moved |= slider(label, value, low, high);
         held |= ImGui::IsItemActive();
     };
     row_of("E [Pa]", m.young, 0.1 * from.young, 10 * from.young);
@@ -83,9 +88,8 @@ void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& action
 }
 
 void draw_gravity(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
-    const double g = snapshot.gravity.norm();
-    if (g > 0) state.strength = g;
-    bool on = g > 0;
+    const bool was_on = !snapshot.gravity.isZero(0);
+    bool on = was_on;
     if (ImGui::Checkbox("gravity", &on))
         actions.commands.push_back(Gravity{on ? gravity_of(state) : Vector(Vector::Zero())});
     ImGui::SameLine();
@@ -107,8 +111,8 @@ void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actio
     const BodySnapshot& body = snapshot.bodies[0];
     const double R = body.surface->radius, unit = body.material.young * R * R;
     double radius = state.influence * R, push = state.push_share * unit;
-    if (slider("radius [m]", radius, 0.05 * R, R, "%.3g")) state.influence = radius / R;
-    if (slider("push [N]", push, 1e-4 * unit, unit, "%.3g")) state.push_share = push / unit;
+    if (slider("radius [m]", radius, 0.05 * R, R)) state.influence = radius / R;
+    if (slider("push [N]", push, 1e-4 * unit, unit)) state.push_share = push / unit;
     if (!body.pinned.empty()) {
         if (ImGui::Button("let pins go")) actions.commands.push_back(Unpin{});
         ImGui::SameLine();
@@ -151,7 +155,7 @@ void draw_help(PanelState& state, const Box2& box, double s) {
 
 Vector gravity_of(const PanelState& state) {
     const double a = state.tilt * std::numbers::pi / 180;
-    return state.strength * Vector(std::sin(a), -std::cos(a), 0);
+    return Eigen::AngleAxisd(a, Vector::UnitZ()) * state.gravity;
 }
 
 std::span<const Shortcut> shortcuts() {
@@ -199,7 +203,6 @@ PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelS
         }
         draw_look(state);
         ImGui::Separator();
-        draw_plots(history, snapshot, s);
         ImGui::TextDisabled("save");
         ImGui::SameLine(), actions.picture |= ImGui::SmallButton("picture");
         ImGui::SameLine(), actions.vtp |= ImGui::SmallButton("VTP");
@@ -209,6 +212,8 @@ PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelS
         }
         ImGui::SameLine();
         if (ImGui::SmallButton("?")) state.help = !state.help;
+        ImGui::Separator();
+        draw_plots(history, snapshot, s);
         ImGui::PopItemWidth();
         ImGui::End();
     }

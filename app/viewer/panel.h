@@ -15,10 +15,10 @@ struct PanelState {
     bool help = false;
     Look look;
     Tool tool = Tool::hold;
-    double influence = 0.35;   ///< radius of influence, in volume radii
-    double push_share = 0.01;  ///< force of a push, in E R^2
-    double tilt = 0;           ///< gravity is turned so far from down, towards +x [degree]
-    double strength = 9.81;    ///< of gravity, also while it is off [m/s^2]
+    double influence = 0.35;               ///< radius of influence, in volume radii
+    double push_share = 0.01;              ///< force of a push, in E R^2
+    Vector gravity = Vector(0, -9.81, 0);  ///< of the scene, also while it is off [m/s^2]
+    double tilt = 0;                       ///< how far it is turned about z [degree]
     /// While a slider is moved: what its ends are told from.
     std::optional<Material> before_slider;
 };

@@ -15,6 +15,7 @@ class Playback {
     std::size_t frames() const { return frames_.size(); }
     std::size_t at() const { return at_; }
     double end() const { return frames_.back().time; }
+    double time_of(std::size_t frame) const { return frames_[frame].time; }
     /// Reads a frame. Throws InputError if it is damaged.
     void show(std::size_t frame);
     /// The frame of a time [s].

@@ -91,7 +91,8 @@ void draw_plots(const History& history, const Snapshot& snapshot, double s) {
     plot("volume variation", "%", volume, samples, s);
     if (!snapshot.bodies[0].simulated) return;
     plot("force", "N", force, samples, s);
-    plot("time of a step", "ms", {{"", [](const History::Sample& x) { return x.step_ms; }}}, samples, s);
+    if (snapshot.bodies[0].step_ms > 0)
+        plot("time of a step", "ms", {{"", [](const History::Sample& x) { return x.step_ms; }}}, samples, s);
     plot("energy", "J", {{"", [](const History::Sample& x) { return x.energy; }}}, samples, s);
 }
 

@@ -235,7 +235,7 @@ void Window::key(int key, bool down, int modifiers) {
             actions.commands.push_back(SetScheme{Scheme::C});
             break;
         case GLFW_KEY_G: {
-            const bool on = snapshot().gravity.norm() > 0;
+            const bool on = !snapshot().gravity.isZero(0);
             actions.commands.push_back(Gravity{on ? Vector(Vector::Zero()) : gravity_of(panel_)});
             break;
         }

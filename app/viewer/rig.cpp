@@ -19,15 +19,20 @@ Rig::Rig(const Recording& recording) : Rig(recording.scenes) {
 
 void Rig::apply(const Command& command) {
     done_.push_back({ticks_, command});
-    std::string refused;
+    std::string why;
+    std::vector<Simulation*> refused;
     for (const auto& body : bodies_) {
         try {
             body->apply(command);
         } catch (const InputError& error) {
-            refused = error.what();
+            why = error.what();
+            refused.push_back(body.get());
         }
     }
-    if (!refused.empty()) throw InputError(refused);
+    if (refused.empty()) return;
+    if (refused.size() < bodies_.size())
+        for (Simulation* body : refused) body->pass_over(command);
+    throw InputError(why);
 }
 
 bool Rig::advance() {

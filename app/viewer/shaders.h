@@ -35,8 +35,8 @@ void main() {
     if (!gl_FrontFacing) n = flat_shading > 0.5 ? n : -n;
     // A light over the left shoulder, one from the right, and the eye's own.
     vec3 eye = normalize(-seen);
-    float light = 0.32 + 0.50 * max(dot(n, normalize(vec3(-0.5, 0.8, 0.6))), 0.0)
-                + 0.18 * max(dot(n, normalize(vec3(0.9, 0.1, 0.4))), 0.0) + 0.15 * max(dot(n, eye), 0.0);
+    float light = 0.44 + 0.46 * max(dot(n, normalize(vec3(-0.5, 0.8, 0.6))), 0.0)
+                + 0.18 * max(dot(n, normalize(vec3(0.9, 0.1, 0.4))), 0.0) + 0.12 * max(dot(n, eye), 0.0);
     float gloss = pow(max(dot(n, normalize(normalize(vec3(-0.5, 0.8, 0.6)) + eye)), 0.0), 40.0);
     vec3 skin = coloured > 0.5 ? texture(map, vec2(clamp(shade_by, 0.002, 0.998), 0.5)).rgb : base.rgb;
     colour = vec4(skin * light + 0.12 * gloss, base.a);

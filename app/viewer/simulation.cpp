@@ -100,6 +100,10 @@ void Simulation::apply(const Command& command) {
     remember(command, std::move(before));
 }
 
+void Simulation::pass_over(const Command& command) {
+    if (changes_more_than_the_hand(command)) remember(command, now_);
+}
+
 void Simulation::act(const Command& command) {
     if (const auto* gravity = std::get_if<Gravity>(&command)) {
         if (!gravity->g.allFinite()) throw InputError("gravity must be finite");

@@ -28,6 +28,9 @@ class Simulation {
     /// Throws InputError with everything as before.
     void apply(const Command& command);
 
+    /// Takes note of a command that only the other bodies took, so that undo stays in step.
+    void pass_over(const Command& command);
+
     /// One step of dt. False if the body left the numbers or its mesh could not follow the scene's rules: the
     /// last good state is kept, failure() says why.
     bool advance();

@@ -7,7 +7,7 @@ namespace innerspring::viewer {
 
 Surface surface_of(const SurfaceMesh& rest) {
     Surface s;
-    s.name = rest.name;
+    s.name = rest.name.substr(rest.name.find_last_of('/') + 1);  // of a file without its folder
     s.rest = rest.positions;
     s.triangles = rest.triangles;
     s.edges = build_topology(rest.positions.size(), rest.triangles).edges;

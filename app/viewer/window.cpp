@@ -97,6 +97,8 @@ void Window::load(const OpenRequest& request) {
     history_.clear();
     gesture_ = {};
     said_ = 0;
+    panel_.tilt = 0;
+    if (!snapshot().gravity.isZero(0)) panel_.gravity = snapshot().gravity;
     fit(camera_, snapshot());
     if (options_.camera) {
         camera_.azimuth = options_.camera->azimuth, camera_.elevation = options_.camera->elevation;

@@ -101,6 +101,29 @@ TEST(Recording, OfTwoBodies) {
     EXPECT_EQ(replay(recording_from_text(to_text(rig.recording()), "test"))->hash(), rig.hash());
 }
 
+// A command that one body refuses and the other takes is undone by one undo.
+TEST(Rig, UndoStaysInStep) {
+    Scene ruled = sphere_scene();
+    SceneRefine rule;
+    rule.at = 10;
+    rule.near = Vector(0, 0, 1);
+    rule.radius = 0.2;
+    ruled.refine.push_back(rule);
+    Rig rig({sphere_scene(), ruled});
+    rig.apply(Gravity{{0, -3, 0}});
+    const std::size_t vertices = rig[0].body().vertices();
+    EXPECT_THROW(rig.apply(RefineNear{{0, 0, 1}, 0.5}), InputError) << "the second has rules of its own";
+    EXPECT_GT(rig[0].body().vertices(), vertices);
+    EXPECT_EQ(rig[1].body().vertices(), vertices);
+    rig.apply(Undo{});
+    EXPECT_EQ(rig[0].body().vertices(), vertices);
+    EXPECT_EQ(rig[0].loads().gravity.y(), -3);
+    EXPECT_EQ(rig[1].loads().gravity.y(), -3);
+    rig.apply(Undo{});
+    EXPECT_EQ(rig[0].loads().gravity.y(), 0);
+    EXPECT_EQ(rig[1].loads().gravity.y(), 0);
+}
+
 TEST(Recording, DamageIsSaid) {
     Rig rig({sphere_scene(100)});
     rig.apply(Gravity{{0, -1, 0}});
@@ -269,8 +292,8 @@ bool wait(Session& session, Condition condition) {
 
 TEST(Session, KeepsThePaceOfTheClock) {
     Session session(std::make_unique<Rig>(std::vector{sphere_scene()}));
-    ASSERT_TRUE(wait(session, [](const Snapshot& s) { return s.time >= 0.7 && s.real_time_factor > 0; }));
-    EXPECT_NEAR(session.latest().real_time_factor, 1, 0.25);
+    // A busy machine may be late for a while; a clock that runs wrong never agrees.
+    ASSERT_TRUE(wait(session, [](const Snapshot& s) { return std::abs(s.real_time_factor - 1) < 0.05; }));
     session.set_speed(0.2);
     const double from = session.latest().time;
     std::this_thread::sleep_for(std::chrono::milliseconds(700));
