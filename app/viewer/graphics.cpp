@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 
 #include "innerspring/mesh/error.h"
 
@@ -16,6 +17,14 @@ std::string no_graphics(const std::string& why) {
         "'innerspring "
         "view --screenshot FILE.png' needs no display but Mesa (libegl1, libgl1-mesa-dri)",
         why);
+}
+
+bool drawn_by_software() {
+    const char* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    const std::string_view renderer = name ? name : "";
+    for (std::string_view software : {"llvmpipe", "softpipe", "swrast", "SWR"})
+        if (renderer.find(software) != std::string_view::npos) return true;
+    return false;
 }
 
 Buffer make_buffer() {

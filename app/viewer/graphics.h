@@ -93,6 +93,9 @@ class Canvas {
 /// What is in the framebuffer bound for reading, whose lower left part it is.
 Image read_pixels(int width, int height);
 
+/// Whether the context that is current draws on the processor.
+bool drawn_by_software();
+
 /// What to say where there is no display or no OpenGL 3.3.
 std::string no_graphics(const std::string& why);
 

@@ -140,7 +140,7 @@ void Renderer::draw(std::size_t slot, const BodySnapshot& body, const Drawn& dra
     glEnable(GL_SCISSOR_TEST);
     glEnable(GL_DEPTH_TEST);
     glDepthMask(GL_TRUE);
-    glEnable(GL_BLEND);
+    glDisable(GL_BLEND);
     glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     glClearColor(0.93f, 0.94f, 0.95f, 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -206,11 +206,14 @@ void Renderer::draw_surface(std::size_t slot, const BodySnapshot& body, const Dr
     set(surface_program_, "base", plain_colour);
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, map_);
-    glEnable(GL_POLYGON_OFFSET_FILL);
+    glEnable(GL_CULL_FACE);  // closed and outward oriented: the far side is never seen
+    if (look.wireframe) glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1, 1);
     glBindVertexArray(mesh.array);
     glDrawElements(GL_TRIANGLES, GLsizei(3 * surface.triangles.size()), GL_UNSIGNED_INT, nullptr);
     glDisable(GL_POLYGON_OFFSET_FILL);
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_BLEND);
     if (look.wireframe) {
         set(surface_program_, "coloured", -1.0f);  // the base colour as it is, unlit
         set(surface_program_, "base", wire_colour);

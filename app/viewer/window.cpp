@@ -52,7 +52,16 @@ Window::Window(const WindowOptions& options) : options_(options) {
     glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     glfwWindowHint(GLFW_SAMPLES, 4);
-    window_ = glfwCreateWindow(remembered.width, remembered.height, "innerspring", nullptr, nullptr);
+    const auto make = [&] {
+        window_ = glfwCreateWindow(remembered.width, remembered.height, "innerspring", nullptr, nullptr);
+        if (window_) glfwMakeContextCurrent(window_);
+    };
+    make();
+    if (window_ && drawn_by_software()) {  // where 4 samples a pixel cost more than all the rest
+        glfwDestroyWindow(window_);
+        glfwWindowHint(GLFW_SAMPLES, 0);
+        make();
+    }
     if (!window_) {
         const char* words = nullptr;
         glfwGetError(&words);
@@ -60,7 +69,6 @@ Window::Window(const WindowOptions& options) : options_(options) {
         glfwTerminate();
         throw RunError(no_graphics(why));
     }
-    glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
     glfwSetWindowUserPointer(window_, this);
     connect(window_);
