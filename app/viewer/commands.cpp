@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::string_view heading = "innerspring recording 1";
 constexpr std::size_t most_places = 1000000;
+constexpr std::uint64_t most_ticks = 100000000;
 
 /// The words of a line, one after another.
 class Words {
@@ -190,6 +191,8 @@ Recording recording_from_text(std::string_view text, const std::string& name) {
             return value;
         };
         recording.ticks = field("ticks");
+        if (recording.ticks > most_ticks)
+            throw InputError(fmt::format("more than {} steps are too many to play", most_ticks));
         recording.hash = field("hash", 16);
         const std::uint64_t inputs = field("inputs");
         for (std::uint64_t n = 0; n < inputs; ++n) {
@@ -215,6 +218,7 @@ Recording recording_from_text(std::string_view text, const std::string& name) {
             scene_from_text(text.substr(0, end == std::string_view::npos ? end : end + 1),
                             fmt::format("{}, scene {}", name, recording.scenes.size() + 1)));
         if (end == std::string_view::npos) break;
+        if (recording.scenes.size() == 2) throw InputError(fmt::format("{}: more than two bodies", name));
         text.remove_prefix(end + between.size());
     }
     return recording;

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "innerspring/mesh/error.h"
+#include "innerspring/mesh/shapes.h"
 
 namespace innerspring::viewer {
 
@@ -20,6 +21,10 @@ Scene scene_of(const std::string& what, const std::function<void(Scene&)>& adjus
     else
         scene.mesh = what;
     if (adjust) adjust(scene);
+    // A recording or a saved scene is opened from elsewhere, too.
+    std::error_code ignored;
+    if (!is_shape(scene.mesh) && std::filesystem::exists(scene.mesh, ignored))
+        scene.mesh = std::filesystem::absolute(scene.mesh).string();
     // What was adjusted must hold as much as what a file says.
     return scene_from_text(to_toml(scene), what);
 }

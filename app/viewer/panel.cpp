@@ -140,12 +140,12 @@ void draw_look(PanelState& state) {
 void draw_help(PanelState& state, const Box2& box, double s) {
     ImGui::SetNextWindowPos({float(box.x / 2), float(box.y + box.height / 2)}, ImGuiCond_Always,
                             {0.5f, 0.5f});
-    ImGui::SetNextWindowSize({float(430 * s), 0});
+    ImGui::SetNextWindowSize({float(520 * s), 0});
     if (ImGui::Begin("Keys and mouse", &state.help,
                      ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove))
         for (const Shortcut& shortcut : shortcuts()) {
             ImGui::TextUnformatted(shortcut.keys);
-            ImGui::SameLine(float(170 * s));
+            ImGui::SameLine(float(195 * s));
             ImGui::TextUnformatted(shortcut.what);
         }
     ImGui::End();

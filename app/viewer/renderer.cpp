@@ -15,7 +15,7 @@ using Rgba = std::array<float, 4>;
 constexpr Rgba plain_colour = {0.80f, 0.62f, 0.54f, 1}, arrow_colour = {0.85f, 0.20f, 0.12f, 1},
                tool_colour = {0.30f, 0.45f, 0.75f, 0.45f}, pin_colour = {0.1f, 0.1f, 0.1f, 1},
                wire_colour = {0, 0, 0, 0.35f}, ground_colour = {0.45f, 0.47f, 0.50f, 0.55f},
-               home_colour = {0.9f, 0.3f, 0.1f, 0.9f}, tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.25f};
+               home_colour = {0.9f, 0.3f, 0.1f, 0.9f}, tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f};
 
 /// More lines than this only make a grey cloud.
 constexpr std::size_t most_spokes = 4000;

@@ -13,9 +13,12 @@
 #include "support/sanitized.h"
 
 #if INNERSPRING_SANITIZED
-// Mesa's own: its software driver and the compiler in it.
+// Mesa's own: its software driver, with threads that these tools cannot see into, and the compiler in it.
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:_dri.so\nleak:libLLVM\nleak:libEGL_mesa\nleak:libGLX_mesa\n";
+}
+extern "C" const char* __tsan_default_suppressions() {
+    return "race:_dri.so\n";
 }
 #endif
 

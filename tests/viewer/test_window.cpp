@@ -207,6 +207,34 @@ TEST(Window, SchemesGravityAndTimeByKey) {
     EXPECT_GT(difference(help, window.keep_picture()), 5);
 }
 
+// The panel's sliders stand somewhere in its column: one after another is dragged until E_s has changed.
+TEST(Window, SlidersTuneTheBodyAndUndoBringsItBack) {
+    NEED_DISPLAY();
+    WindowOptions options = showing("sphere:vertices=300");
+    options.size = {{1200, 760}};
+    Window window(options);
+    window.frame(), window.frame();
+    const Camera before = window.camera();
+    const double surface = window.snapshot().bodies[0].material.surface;
+    for (int y = 120; y < 400 && window.snapshot().bodies[0].material.surface == surface; y += 11) {
+        window.mouse_move(1000, y);
+        window.frame(), window.frame();
+        window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, true, 0);
+        window.frame();
+        for (int x = 1000; x > 930; x -= 10) {
+            window.mouse_move(x, y);
+            window.frame();
+        }
+        window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, false, 0);
+        settle(window, 0.02);
+    }
+    EXPECT_LT(window.snapshot().bodies[0].material.surface, surface);
+    EXPECT_EQ(window.camera().azimuth, before.azimuth) << "what is done on the panel stays there";
+    EXPECT_TRUE(window.snapshot().bodies[0].pulls.empty());
+    press(window, GLFW_KEY_Z);
+    EXPECT_TRUE(until(window, [&] { return window.snapshot().bodies[0].material.surface == surface; }));
+}
+
 TEST(Window, ASessionIsWrittenDownAndPlayedAgainWithTheSameBits) {
     NEED_DISPLAY();
     const TemporaryFolder folder("session");
