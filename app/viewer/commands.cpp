@@ -70,11 +70,11 @@ std::string text_of(const Vector& v) {
 }
 
 struct ToLine {
-    std::string operator()(const Gravity& c) const { return "gravity " + text_of(c.g); }
+    std::string operator()(const Gravity& c) const { return fmt::format("gravity {}", text_of(c.g)); }
     std::string operator()(const Grab& c) const {
         return fmt::format("grab {} {}", text_of(c.near), c.radius);
     }
-    std::string operator()(const Drag& c) const { return "drag " + text_of(c.by); }
+    std::string operator()(const Drag& c) const { return fmt::format("drag {}", text_of(c.by)); }
     std::string operator()(const Push& c) const {
         return fmt::format("push {} {} {}", text_of(c.near), c.radius, text_of(c.newton));
     }
@@ -92,7 +92,7 @@ struct ToLine {
     }
     std::string operator()(const PinAt& c) const {
         std::string line = fmt::format("pin {}", c.places.size());
-        for (const Vector& place : c.places) line += " " + text_of(place);
+        for (const Vector& place : c.places) line += fmt::format(" {}", text_of(place));
         return line;
     }
     std::string operator()(const Unpin&) const { return "unpin"; }
@@ -165,7 +165,7 @@ std::string to_text(const Recording& recording) {
                                    recording.hash, recording.inputs.size());
     for (const Recording::Input& input : recording.inputs)
         text += fmt::format("{} {}\n", input.tick, to_line(input.command));
-    for (const Scene& scene : recording.scenes) text += "scene\n" + to_toml(scene);
+    for (const Scene& scene : recording.scenes) text += fmt::format("scene\n{}", to_toml(scene));
     return text;
 }
 

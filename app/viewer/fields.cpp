@@ -43,7 +43,7 @@ ColourBy parse_colour(std::string_view text) {
     std::string names;
     for (ColourBy colour : all_colours) {
         if (text == to_string(colour)) return colour;
-        names += (names.empty() ? "" : ", ") + std::string(to_string(colour));
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", to_string(colour));
     }
     throw InputError(fmt::format("colour '{}': expected one of {}", text.substr(0, 40), names));
 }

@@ -77,8 +77,8 @@ void revolve(const Vector& from, const Vector& axis, std::span<const std::pair<d
         return std::cos(a) * side + std::sin(a) * other;
     };
     for (std::size_t p = 0; p + 1 < profile.size(); ++p) {
-        const auto [z0, r0] = profile[p];
-        const auto [z1, r1] = profile[p + 1];
+        const double z0 = profile[p].first, r0 = profile[p].second, z1 = profile[p + 1].first,
+                     r1 = profile[p + 1].second;
         const double length = std::hypot(z1 - z0, r1 - r0);
         if (!(length > 0)) continue;
         for (int n = 0; n < around; ++n) {

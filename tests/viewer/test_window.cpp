@@ -186,7 +186,8 @@ TEST(Window, SchemesGravityAndTimeByKey) {
     for (const auto& [key, scheme] : {std::pair{GLFW_KEY_1, Scheme::A}, std::pair{GLFW_KEY_2, Scheme::B},
                                       std::pair{GLFW_KEY_3, Scheme::C}}) {
         press(window, key);
-        ASSERT_TRUE(until(window, [&] { return window.snapshot().bodies[0].scheme == scheme; }));
+        ASSERT_TRUE(
+            until(window, [&, wanted = scheme] { return window.snapshot().bodies[0].scheme == wanted; }));
     }
     press(window, GLFW_KEY_G);
     ASSERT_TRUE(until(window, [&] { return window.snapshot().gravity.y() == -9.81; }));
@@ -293,7 +294,7 @@ TEST(Window, SavesWhatItShows) {
     for (const auto& [key, extension] :
          {std::pair{GLFW_KEY_F2, ".png"}, std::pair{GLFW_KEY_F3, ".vtp"}, std::pair{GLFW_KEY_F4, ".toml"}}) {
         press(window, key);
-        EXPECT_TRUE(until(window, [&] { return said(window, extension); })) << window.message();
+        EXPECT_TRUE(until(window, [&, name = extension] { return said(window, name); })) << window.message();
         EXPECT_NE(the_only_file(folder.path, extension), "");
     }
     EXPECT_EQ(read_scene(the_only_file(folder.path, ".toml")).mesh, "breast:vertices=300");
@@ -327,7 +328,7 @@ TEST(Window, FollowsItsSize) {
     Window window(showing("sphere:vertices=300"));
     for (const auto& [width, height] : {std::pair{640, 700}, std::pair{1200, 480}, std::pair{330, 240}}) {
         glfwSetWindowSize(window.handle(), width, height);
-        ASSERT_TRUE(until(window, [&] { return window.keep_picture().width == width; }));
+        ASSERT_TRUE(until(window, [&, wanted = width] { return window.keep_picture().width == wanted; }));
         const Image image = window.keep_picture();
         EXPECT_EQ(image.height, height);
         EXPECT_GT(covered(image, 0, width, 0, height), 0.05);
