@@ -15,3 +15,4 @@ Command add_simulate(CLI::App& program);
 Command add_refine(CLI::App& program);
 Command add_study(CLI::App& program);
 Command add_bench(CLI::App& program);
+Command add_view(CLI::App& program);

@@ -45,7 +45,8 @@ int main(int argc, char** argv) {
         "  innerspring study all -o out\n"
         "Exit code: 0 done, 1 unstable or failed, 2 bad input or usage.");
     const Command commands[] = {add_check(program),  add_estimate(program), add_simulate(program),
-                                add_refine(program), add_study(program),    add_bench(program)};
+                                add_refine(program), add_study(program),    add_bench(program),
+                                add_view(program)};
     try {
         program.parse(argc, argv);
         for (const Command& command : commands)

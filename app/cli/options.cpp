@@ -56,6 +56,43 @@ void add_body_options(CLI::App& app, BodyArguments& o) {
         ->type_name("CENTRE");
 }
 
+void add_motion_options(CLI::App& app, MotionArguments& o) {
+    app.add_option("--gravity", o.gravity, "acceleration [m/s^2] (default 0,-9.81,0)")->type_name("X,Y,Z");
+    app.add_option("--force", o.forces,
+                   "a force, as in a scene: 'near=[x,y,z] or vertex=N, inward=F or newton=[x,y,z], "
+                   "radius=R, start=T, end=T, ramp=T' [m, N, s]; repeatable")
+        ->type_name("SPEC");
+    app.add_option("--pin", o.pins,
+                   "held or moved vertices: 'near=[x,y,z], radius=R' or 'vertices=[i,j]', "
+                   "path=[[t,dx,dy,dz],...]; repeatable")
+        ->type_name("SPEC");
+    app.add_option(
+           "--refine", o.refine,
+           "refine during the run: 'edge_share=S' around each force with a radius while it acts, "
+           "until no edge is longer than S of that radius; or 'at=T, near=[x,y,z], radius=R, levels=N' "
+           "[s, m]; repeatable")
+        ->type_name("SPEC");
+    app.add_option(
+           "--tool", o.tools,
+           "a rigid thing that touches the body: 'radius=R' (with length=L a capsule), 'mesh=\"FILE\"' or "
+           "'normal=[x,y,z]' (a plane), friction=MU, at=[x,y,z] or path=[[t,x,y,z],...]; repeatable")
+        ->type_name("SPEC");
+    app.add_option("--dt", o.dt, "time step [s], sub-stepped as stability needs (default 0.01)")
+        ->type_name("S");
+    app.add_option("--integrator", o.integrator, "auto, symplectic or implicit (default auto)")
+        ->type_name("NAME");
+    app.add_option("--precision", o.precision,
+                   "of explicit steps of a held body: single, several times as fast, or double (default "
+                   "single)")
+        ->type_name("NAME");
+    app.add_flag("--linearised", o.linearised,
+                 "implicit steps by one Newton step with the true tangent, not to the minimum");
+    app.add_flag("--free", o.free, "not held: the home positions follow the body");
+    app.add_option("--threads", o.threads,
+                   "threads, 0 for all cores; the result does not depend on it (default 1)")
+        ->type_name("N");
+}
+
 void add_output_options(CLI::App& app, OutputOptions& o) {
     app.add_flag("--json", o.json, "print the result as JSON (docs/formats.md)");
     app.add_flag("--quiet", o.quiet, "no notes and no progress");
@@ -87,6 +124,20 @@ void apply(const BodyArguments& o, Scene& scene) {
     if (o.damping) scene.material.damping = *o.damping;
     if (o.scheme) scene.scheme = parse_scheme(*o.scheme);
     if (o.centre) scene.centre = parse_centre(*o.centre);
+}
+
+void apply(const MotionArguments& o, Scene& scene) {
+    if (o.gravity) scene.gravity = parse_vector(*o.gravity, "--gravity");
+    for (const std::string& f : o.forces) scene.forces.push_back(parse_force(f));
+    for (const std::string& p : o.pins) scene.pins.push_back(parse_pin(p));
+    for (const std::string& r : o.refine) scene.refine.push_back(parse_refine(r));
+    for (const std::string& t : o.tools) scene.tools.push_back(parse_tool(t));
+    if (o.dt) scene.step.dt = *o.dt;
+    if (o.integrator) scene.step.integrator = parse_integrator(*o.integrator);
+    if (o.precision) scene.step.precision = parse_precision(*o.precision);
+    if (o.threads) scene.step.threads = *o.threads;
+    scene.step.linearised |= o.linearised;
+    scene.free |= o.free;
 }
 
 Vector parse_vector(const std::string& text, const char* option) {

@@ -21,6 +21,16 @@ struct BodyArguments {
 };
 void add_body_options(CLI::App& app, BodyArguments& o);
 
+/// What acts on a body and how it is stepped.
+struct MotionArguments {
+    std::optional<std::string> gravity, integrator, precision;
+    std::vector<std::string> forces, pins, refine, tools;
+    std::optional<double> dt;
+    std::optional<int> threads;
+    bool free = false, linearised = false;
+};
+void add_motion_options(CLI::App& app, MotionArguments& o);
+
 struct OutputOptions {
     bool json = false, quiet = false;
 };
@@ -29,6 +39,7 @@ void add_output_options(CLI::App& app, OutputOptions& o);
 /// Puts what was given on the command line over what the scene says.
 void apply(const MeshOptions& o, innerspring::Scene& scene);
 void apply(const BodyArguments& o, innerspring::Scene& scene);
+void apply(const MotionArguments& o, innerspring::Scene& scene);
 
 /// The built-in shapes, for help texts.
 std::string shape_list();

@@ -20,11 +20,10 @@ struct Arguments {
     BodyArguments body;
     OutputOptions output;
     std::string directory;
-    std::optional<std::string> gravity, integrator, precision;
-    std::vector<std::string> forces, pins, refine, tools;
-    std::optional<double> duration, dt, residual;
-    std::optional<int> every, threads;
-    bool equilibrium = false, free = false, linearised = false, resume = false;
+    MotionArguments motion;
+    std::optional<double> duration, residual;
+    std::optional<int> every;
+    bool equilibrium = false, resume = false;
 };
 
 std::atomic<bool> interrupted{false};
@@ -76,21 +75,11 @@ int run(const Arguments& a) {
         scene.mesh = a.mesh.mesh;
     apply(a.mesh, scene);
     apply(a.body, scene);
-    if (a.gravity) scene.gravity = parse_vector(*a.gravity, "--gravity");
-    for (const std::string& f : a.forces) scene.forces.push_back(parse_force(f));
-    for (const std::string& p : a.pins) scene.pins.push_back(parse_pin(p));
-    for (const std::string& r : a.refine) scene.refine.push_back(parse_refine(r));
-    for (const std::string& t : a.tools) scene.tools.push_back(parse_tool(t));
+    apply(a.motion, scene);
     if (a.duration) scene.duration = *a.duration;
-    if (a.dt) scene.step.dt = *a.dt;
-    if (a.integrator) scene.step.integrator = parse_integrator(*a.integrator);
-    if (a.precision) scene.step.precision = parse_precision(*a.precision);
     if (a.residual) scene.residual_n = *a.residual;
     if (a.every) scene.every = *a.every;
-    if (a.threads) scene.step.threads = *a.threads;
-    scene.step.linearised |= a.linearised;
     scene.equilibrium |= a.equilibrium;
-    scene.free |= a.free;
     // What the options say must hold as much as what a file says.
     scene = scene_from_text(to_toml(scene), "command line");
 
@@ -127,50 +116,17 @@ Command add_simulate(CLI::App& program) {
     add_mesh_options(*app, a->mesh, "surface, or a scene file (.toml, docs/formats.md)");
     app->add_option("-o,--output", a->directory, "folder for the results")->required()->type_name("DIR");
     add_body_options(*app, a->body);
-    app->add_option("--gravity", a->gravity, "acceleration [m/s^2] (default 0,-9.81,0)")->type_name("X,Y,Z");
-    app->add_option("--force", a->forces,
-                    "a force, as in a scene: 'near=[x,y,z] or vertex=N, inward=F or newton=[x,y,z], "
-                    "radius=R, start=T, end=T, ramp=T' [m, N, s]; repeatable")
-        ->type_name("SPEC");
-    app->add_option("--pin", a->pins,
-                    "held or moved vertices: 'near=[x,y,z], radius=R' or 'vertices=[i,j]', "
-                    "path=[[t,dx,dy,dz],...]; repeatable")
-        ->type_name("SPEC");
-    app->add_option(
-           "--refine", a->refine,
-           "refine during the run: 'edge_share=S' around each force with a radius while it acts, "
-           "until no edge is longer than S of that radius; or 'at=T, near=[x,y,z], radius=R, levels=N' "
-           "[s, m]; repeatable")
-        ->type_name("SPEC");
-    app->add_option(
-           "--tool", a->tools,
-           "a rigid thing that touches the body: 'radius=R' (with length=L a capsule), 'mesh=\"FILE\"' or "
-           "'normal=[x,y,z]' (a plane), friction=MU, at=[x,y,z] or path=[[t,x,y,z],...]; repeatable")
-        ->type_name("SPEC");
+    add_motion_options(*app, a->motion);
     app->add_option("--duration", a->duration, "time to simulate [s] (default 2)")->type_name("S");
-    app->add_option("--dt", a->dt, "time step [s], sub-stepped as stability needs (default 0.01)")
-        ->type_name("S");
-    app->add_option("--integrator", a->integrator, "auto, symplectic or implicit (default auto)")
-        ->type_name("NAME");
-    app->add_option("--precision", a->precision,
-                    "of explicit steps of a held body: single, several times as fast, or double (default "
-                    "single)")
-        ->type_name("NAME");
-    app->add_flag("--linearised", a->linearised,
-                  "implicit steps by one Newton step with the true tangent, not to the minimum");
     app->add_flag("--equilibrium", a->equilibrium, "solve for the balance of forces instead of stepping");
     app->add_option("--residual", a->residual,
                     "largest force left in equilibrium [N] (default 1e-9 of the loads)")
         ->type_name("N");
-    app->add_flag("--free", a->free, "not held: the home positions follow the body");
     app->add_option("--every", a->every,
                     "write a frame each so many steps; 0: first and last only (default 10)")
         ->type_name("N");
     app->add_flag("--resume", a->resume,
                   "go on from the state saved in DIR, to a longer --duration if given");
-    app->add_option("--threads", a->threads,
-                    "threads, 0 for all cores; the result does not depend on it (default 1)")
-        ->type_name("N");
     add_output_options(*app, a->output);
     app->footer(
         "Writes summary.json, series.csv, frames.pvd with frames/*.vtp (open in ParaView), volume.svg, "

@@ -1,0 +1,224 @@
+#include "panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace innerspring::viewer {
+
+namespace {
+
+void row(const char* label, const std::string& value) {
+    ImGui::TextDisabled("%s", label);
+    ImGui::SameLine(ImGui::GetContentRegionMax().x * 0.42f);
+    ImGui::TextUnformatted(value.c_str());
+}
+
+/// Over the logarithm, whatever the size of the numbers: a vertex may weigh a microgram.
+bool slider(const char* label, double& value, double low, double high, const char* unit = "") {
+    float t = float(std::log(value / low) / std::log(high / low));
+    const std::string text = fmt::format("{:.4g}{}", value, unit);
+    const bool moved = ImGui::SliderFloat(label, &t, 0, 1, text.c_str(), ImGuiSliderFlags_NoInput);
+    if (moved) value = low * std::pow(high / low, double(t));
+    return moved;
+}
+
+void draw_numbers(const Snapshot& snapshot) {
+    for (const BodySnapshot& body : snapshot.bodies) {
+        const std::string name = body.surface->name;
+        ImGui::TextUnformatted(body.simulated
+                                   ? fmt::format("{}, scheme {}", name, to_string(body.scheme)).c_str()
+                                   : name.c_str());
+        row("vertices",
+            fmt::format("{}, {} triangles", body.surface->rest.size(), body.surface->triangles.size()));
+        row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
+        row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
+        if (body.simulated) row("sub-steps", fmt::format("{}, {}", body.substeps, body.integrator));
+    }
+    if (!snapshot.bodies[0].simulated) return;
+    row("time", fmt::format("{:.3f} s, step {:g} s", snapshot.time, snapshot.dt));
+    if (snapshot.steps_per_second == 0 && snapshot.bodies[0].step_ms == 0) return;  // no clock: off screen
+    const bool slow = !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed;
+    row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
+                                        slow ? fmt::format(" ({:g} asked for)", snapshot.speed) : ""));
+    row("steps per second",
+        fmt::format("{:.0f}, {:.3g} ms each", snapshot.steps_per_second, snapshot.bodies[0].step_ms));
+}
+
+void draw_time(const Snapshot& snapshot, PanelActions& actions) {
+    if (ImGui::Button(snapshot.paused ? "run###pause" : "pause###pause")) actions.pause = !snapshot.paused;
+    ImGui::SameLine();
+    if (ImGui::Button("step")) actions.step = true;
+    ImGui::SameLine();
+    if (ImGui::Button("reset")) actions.commands.push_back(Reset{});
+    ImGui::SameLine();
+    if (ImGui::Button("undo")) actions.commands.push_back(Undo{});
+    ImGui::SameLine();
+    if (ImGui::Button("fit")) actions.fit = true;
+    double speed = snapshot.speed;
+    if (slider("speed", speed, 0.01, 4, " x")) actions.speed = speed;
+}
+
+void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
+    const BodySnapshot& body = snapshot.bodies[0];
+    for (Scheme scheme : {Scheme::A, Scheme::B, Scheme::C}) {
+        if (scheme != Scheme::A) ImGui::SameLine();
+        const std::string name = fmt::format("scheme {}", to_string(scheme));
+        const bool now = snapshot.bodies.size() == 1 && body.scheme == scheme;
+        if (ImGui::RadioButton(name.c_str(), now) && !now) actions.commands.push_back(SetScheme{scheme});
+    }
+    // The ends of the sliders depend on what the body was when they were taken.
+    const Material& from = state.before_slider ? *state.before_slider : body.material;
+    Material m = body.material;
+    const double stiff = from.young * body.surface->radius;
+    bool moved = false, held = false;
+    auto row_of = [&](const char* label, double& value, double low, double high) {
+        moved |= slider(label, value, low, high);
+        held |= ImGui::IsItemActive();
+    };
+    row_of("E [Pa]", m.young, 0.1 * from.young, 10 * from.young);
+    row_of("E_s [N/m]", m.surface, 1e-3 * stiff, 10 * stiff);
+    row_of("mass [kg]", m.mass, 0.1 * from.mass, 10 * from.mass);
+    row_of("damping", m.damping, 0.01, 10);
+    if (moved) actions.commands.push_back(Tune{m});
+    if (held && !state.before_slider) state.before_slider = body.material;
+    if (!held) state.before_slider.reset();
+}
+
+void draw_gravity(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
+    const bool was_on = !snapshot.gravity.isZero(0);
+    bool on = was_on;
+    if (ImGui::Checkbox("gravity", &on))
+        actions.commands.push_back(Gravity{on ? gravity_of(state) : Vector(Vector::Zero())});
+    ImGui::SameLine();
+    float tilt = float(state.tilt);
+    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.6f);
+    if (ImGui::SliderFloat("turned", &tilt, -180, 180, "%.0f deg")) {
+        state.tilt = tilt;
+        if (on) actions.commands.push_back(Gravity{gravity_of(state)});
+    }
+}
+
+void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
+    const std::pair<Grip, const char*> grips[] = {
+        {Grip::hold, "hold"}, {Grip::push, "push"}, {Grip::refine, "refine"}, {Grip::lasso, "pin"}};
+    for (const auto& [grip, name] : grips) {
+        if (grip != Grip::hold) ImGui::SameLine();
+        if (ImGui::RadioButton(name, state.grip == grip)) state.grip = grip;
+    }
+    const BodySnapshot& body = snapshot.bodies[0];
+    const double R = body.surface->radius, unit = body.material.young * R * R;
+    double radius = state.influence * R, push = state.push_share * unit;
+    if (slider("radius [m]", radius, 0.05 * R, R)) state.influence = radius / R;
+    if (slider("push [N]", push, 1e-4 * unit, unit)) state.push_share = push / unit;
+    if (!body.pinned.empty()) {
+        if (ImGui::Button("let pins go")) actions.commands.push_back(Unpin{});
+        ImGui::SameLine();
+        ImGui::TextUnformatted(fmt::format("{} vertices pinned", body.pinned.size()).c_str());
+    }
+}
+
+void draw_look(PanelState& state) {
+    Look& look = state.look;
+    if (ImGui::BeginCombo("colours", std::string(to_string(look.colour)).c_str())) {
+        for (ColourBy colour : all_colours) {
+            if (ImGui::Selectable(std::string(to_string(colour)).c_str(), colour == look.colour))
+                look.colour = colour;
+            if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", std::string(meaning_of(colour)).c_str());
+        }
+        ImGui::EndCombo();
+    }
+    ImGui::Checkbox("flat", &look.flat);
+    ImGui::SameLine(), ImGui::Checkbox("edges", &look.wireframe);
+    ImGui::SameLine(), ImGui::Checkbox("ground", &look.ground);
+    ImGui::Checkbox("homes", &look.homes);
+    ImGui::SameLine(), ImGui::Checkbox("virtual tetrahedra", &look.tetrahedra);
+}
+
+void draw_help(PanelState& state, const Box2& box, double s) {
+    ImGui::SetNextWindowPos({float(box.x / 2), float(box.y + box.height / 2)}, ImGuiCond_Always,
+                            {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({float(520 * s), 0});
+    if (ImGui::Begin("Keys and mouse", &state.help,
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove))
+        for (const Shortcut& shortcut : shortcuts()) {
+            ImGui::TextUnformatted(shortcut.keys);
+            ImGui::SameLine(float(195 * s));
+            ImGui::TextUnformatted(shortcut.what);
+        }
+    ImGui::End();
+}
+
+}  // namespace
+
+Vector gravity_of(const PanelState& state) {
+    const double a = state.tilt * std::numbers::pi / 180;
+    return Eigen::AngleAxisd(a, Vector::UnitZ()) * state.gravity;
+}
+
+std::span<const Shortcut> shortcuts() {
+    static constexpr Shortcut all[] = {{"left drag on the body", "the tool: hold, push, refine, pin"},
+                                       {"left drag beside it", "orbit"},
+                                       {"right drag", "orbit"},
+                                       {"middle drag, Shift+right", "pan"},
+                                       {"wheel", "zoom; while pushing: more or less force"},
+                                       {"H  P  F  L", "tool: hold, push, refine, pin (lasso)"},
+                                       {"R  C", "refine, coarsen under the pointer"},
+                                       {"1  2  3", "scheme A, B, C"},
+                                       {"G", "gravity on and off"},
+                                       {"Space  .", "pause; one step"},
+                                       {"Backspace  Z", "reset; undo"},
+                                       {"V", "next colours"},
+                                       {"W  S", "edges; flat or smooth"},
+                                       {"O  T", "homes; virtual tetrahedra"},
+                                       {"0", "fit the body into the view"},
+                                       {"F2  F3  F4  F5", "save picture, VTP, scene, recording"},
+                                       {"Tab  ?  Q", "panel; these keys; close"}};
+    return all;
+}
+
+PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
+                        bool fits, double s) {
+    PanelActions actions;
+    if (state.open && fits) {
+        ImGui::SetNextWindowPos({float(box.x), float(box.y)});
+        ImGui::SetNextWindowSize({float(box.width), float(box.height)});
+        ImGui::Begin("innerspring", nullptr,
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                         ImGuiWindowFlags_NoTitleBar);
+        ImGui::PushItemWidth(ImGui::GetContentRegionAvail().x * 0.66f);
+        const bool simulated = snapshot.bodies[0].simulated;
+        draw_numbers(snapshot);
+        ImGui::Separator();
+        if (simulated) {
+            draw_time(snapshot, actions);
+            ImGui::Separator();
+            draw_body(snapshot, state, actions);
+            draw_gravity(snapshot, state, actions);
+            ImGui::Separator();
+            draw_tools(snapshot, state, actions);
+            ImGui::Separator();
+        }
+        draw_look(state);
+        ImGui::Separator();
+        ImGui::TextDisabled("save");
+        ImGui::SameLine(), actions.picture |= ImGui::SmallButton("picture");
+        ImGui::SameLine(), actions.vtp |= ImGui::SmallButton("VTP");
+        if (simulated) {
+            ImGui::SameLine(), actions.scene |= ImGui::SmallButton("scene");
+            ImGui::SameLine(), actions.recording |= ImGui::SmallButton("recording");
+        }
+        ImGui::SameLine();
+        if (ImGui::SmallButton("?")) state.help = !state.help;
+        ImGui::Separator();
+        draw_plots(history, snapshot, s);
+        ImGui::PopItemWidth();
+        ImGui::End();
+    }
+    if (state.help) draw_help(state, box, s);
+    return actions;
+}
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,54 @@
+#pragma once
+#include <optional>
+
+#include "commands.h"
+#include "overlay.h"
+#include "plots.h"
+
+namespace innerspring::viewer {
+
+enum class Grip { hold, push, refine, lasso };
+
+/// What the user has set, beside what the body itself knows.
+struct PanelState {
+    bool open = true;
+    bool help = false;
+    Look look;
+    Grip grip = Grip::hold;
+    double influence = 0.35;               ///< radius of influence, in volume radii
+    double push_share = 0.01;              ///< force of a push, in E R^2
+    Vector gravity = Vector(0, -9.81, 0);  ///< of the scene, also while it is off [m/s^2]
+    double tilt = 0;                       ///< how far it is turned about z [degree]
+    /// While a slider is moved: what its ends are told from.
+    std::optional<Material> before_slider;
+};
+
+/// What was asked for in this frame.
+struct PanelActions {
+    std::vector<Command> commands;
+    std::optional<bool> pause;
+    bool step = false;
+    std::optional<double> speed;
+    bool fit = false;
+    bool picture = false, vtp = false, scene = false, recording = false;
+};
+
+/// The panel's width [point].
+inline double panel_width(double scale) {
+    return 330 * scale;
+}
+
+/// The panel in `box` if it is open and fits, the help over the middle if it is asked for, and the message.
+PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
+                        bool fits, double scale);
+
+/// As the panel has it, whether it is on or not [m/s^2].
+Vector gravity_of(const PanelState& state);
+
+/// The keys and what they do.
+struct Shortcut {
+    const char *keys, *what;
+};
+std::span<const Shortcut> shortcuts();
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,297 @@
+// What the pointer and the keys do in the window.
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "window.h"
+
+namespace innerspring::viewer {
+
+namespace {
+
+bool inside(const Box2& box, double x, double y) {
+    return x >= box.x && y >= box.y && x < box.x + box.width && y < box.y + box.height;
+}
+
+/// Even-odd rule.
+bool inside(const std::vector<std::array<double, 2>>& outline, double x, double y) {
+    bool odd = false;
+    for (std::size_t i = 0, j = outline.size() - 1; i < outline.size(); j = i++) {
+        const auto &a = outline[i], &b = outline[j];
+        if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0])) odd = !odd;
+    }
+    return odd;
+}
+
+/// Where a point is seen [point].
+std::array<double, 2> project(const Camera& camera, const Box2& box, const Vector& place) {
+    const Eigen::Vector4d clip = camera.projection(box.width / box.height) * camera.view() *
+                                 Eigen::Vector4d(place.x(), place.y(), place.z(), 1);
+    return {box.x + box.width * (clip.x() / clip.w() + 1) / 2,
+            box.y + box.height * (1 - clip.y() / clip.w()) / 2};
+}
+
+}  // namespace
+
+std::array<double, 2> Window::on_screen(const Vector& place) const {
+    return project(camera_, part_of(stage_box(), 0, snapshot().bodies.size()), place);
+}
+
+double Window::influence() const {
+    return panel_.influence * snapshot().bodies[0].surface->radius;
+}
+
+Vector Window::rest_place(std::size_t body, const Hit& hit) const {
+    return snapshot().bodies[body].surface->rest[hit.vertex];
+}
+
+std::optional<Hit> Window::under_pointer(std::size_t& body) const {
+    const Stage::Aim aim = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y);
+    body = aim.body;
+    const BodySnapshot& shown = snapshot().bodies[body];
+    std::vector<Vector> x = shown.surface->rest;
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += Vector(shown.u[i][0], shown.u[i][1], shown.u[i][2]);
+    return first_hit(aim.ray, x, shown.surface->triangles);
+}
+
+void Window::mouse_move(double x, double y) {
+    const double dx = x - input_.x, dy = y - input_.y;
+    input_.x = x, input_.y = y;
+    const Box2 box = part_of(stage_box(), 0, snapshot().bodies.size());
+    if (gesture_.kind == Gesture::Kind::orbit) orbit(camera_, 0.4 * dx / scale_, -0.4 * dy / scale_);
+    if (gesture_.kind == Gesture::Kind::pan)
+        pan(camera_, 2 * dx / box.height, -2 * dy / box.height, box.width / box.height);
+    if (gesture_.kind == Gesture::Kind::lasso) gesture_.outline.push_back({x, y});
+    gesture_.moved = true;
+}
+
+void Window::mouse_button(int button, bool down, int modifiers) {
+    if (button < 0 || button > 2) return;
+    input_.held[std::size_t(button)] = down;
+    if (down) input_.buttons[std::size_t(button)] = true;  // a click between two frames is one all the same
+    input_.shift = modifiers & GLFW_MOD_SHIFT;
+    if (!down) {
+        if (button != gesture_.button) return;
+        if (session_ && (gesture_.kind == Gesture::Kind::hold || gesture_.kind == Gesture::Kind::push)) {
+            move_tool();
+            session_->send(Release{});
+        }
+        if (gesture_.kind == Gesture::Kind::lasso) end_lasso();
+        gesture_ = {};
+        return;
+    }
+    if (gesture_.kind != Gesture::Kind::none || !inside(stage_box(), input_.x, input_.y) ||
+        gui_->wants_pointer())
+        return;
+    gesture_ = {};
+    gesture_.button = button;
+    if (button == GLFW_MOUSE_BUTTON_LEFT) {
+        begin_tool();
+    } else {
+        const bool pans = button == GLFW_MOUSE_BUTTON_MIDDLE || (modifiers & GLFW_MOD_SHIFT);
+        gesture_.kind = pans ? Gesture::Kind::pan : Gesture::Kind::orbit;
+    }
+}
+
+void Window::begin_tool() {
+    if (session_ && panel_.grip == Grip::lasso) {
+        gesture_.kind = Gesture::Kind::lasso;
+        gesture_.outline = {{input_.x, input_.y}};
+        return;
+    }
+    const auto hit = under_pointer(gesture_.body);
+    if (!session_ || !hit) {
+        gesture_.kind = Gesture::Kind::orbit;
+        return;
+    }
+    const Vector near = rest_place(gesture_.body, *hit);
+    gesture_.taken = hit->point;
+    if (panel_.grip == Grip::hold) {
+        gesture_.kind = Gesture::Kind::hold;
+        session_->send(Grab{near, influence()});
+    } else if (panel_.grip == Grip::push) {
+        gesture_.kind = Gesture::Kind::push;
+        gesture_.moved = true;
+        move_tool();
+    } else if (input_.shift) {
+        session_->send(CoarsenNear{near, influence()});
+    } else {
+        session_->send(RefineNear{near, influence()});
+    }
+}
+
+void Window::move_tool() {
+    if (!gesture_.moved || !session_) return;
+    gesture_.moved = false;
+    if (gesture_.kind == Gesture::Kind::hold) {
+        // In the plane through the point taken that faces the eye.
+        const Ray ray = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y).ray;
+        const Vector normal = camera_.back();
+        const double along = ray.along.dot(normal);
+        if (std::abs(along) > 1e-3)
+            session_->send(Drag{ray.from + (gesture_.taken - ray.from).dot(normal) / along * ray.along -
+                                gesture_.taken});
+    }
+    if (gesture_.kind == Gesture::Kind::push) {
+        const auto hit = under_pointer(gesture_.body);
+        if (!hit) return;  // beside the body: it goes on where it was
+        const BodySnapshot& shown = snapshot().bodies[gesture_.body];
+        const double R = shown.surface->radius;
+        const Triangle& c = shown.surface->triangles[hit->triangle];
+        auto at = [&](Index i) {
+            return Vector(shown.surface->rest[i] + Vector(shown.u[i][0], shown.u[i][1], shown.u[i][2]));
+        };
+        const Vector inward = -(at(c[1]) - at(c[0])).cross(at(c[2]) - at(c[0])).stableNormalized();
+        session_->send(Push{rest_place(gesture_.body, *hit), influence(),
+                            panel_.push_share * shown.material.young * R * R * inward});
+    }
+}
+
+void Window::end_lasso() {
+    if (gesture_.outline.size() < 3) return;
+    const std::size_t count = snapshot().bodies.size(),
+                      n = stage_
+                              ->aim(snapshot(), camera_, stage_box(), gesture_.outline[0][0],
+                                    gesture_.outline[0][1])
+                              .body;
+    const BodySnapshot& shown = snapshot().bodies[n];
+    const Box2 box = part_of(stage_box(), n, count);
+    PinAt pin;
+    const auto& drawn = stage_->drawn()[n];
+    for (std::size_t i = 0; i < shown.u.size() && i < drawn.x.size(); ++i) {
+        const auto [x, y] = project(camera_, box, drawn.x[i]);
+        // What faces the eye; a part behind another is taken with it.
+        if (inside(gesture_.outline, x, y) && drawn.normals[i].dot(camera_.eye() - drawn.x[i]) > 0)
+            pin.places.push_back(shown.surface->rest[i]);
+    }
+    if (!pin.places.empty()) session_->send(pin);
+    say(fmt::format("{} vertices pinned", pin.places.size()));
+}
+
+void Window::scroll(double up) {
+    if (!inside(stage_box(), input_.x, input_.y) || gui_->wants_pointer()) {
+        input_.wheel += up;
+    } else if (gesture_.kind == Gesture::Kind::push) {
+        panel_.push_share = std::clamp(panel_.push_share * std::pow(1.15, up), 1e-4, 1.0);
+        gesture_.moved = true;
+    } else {
+        zoom(camera_, std::pow(1.12, up));
+    }
+}
+
+void Window::character(unsigned code) {
+    input_.characters.push_back(code);
+    if (code == '?' && !gui_->wants_keys()) panel_.help = !panel_.help;
+}
+
+void Window::drop(const std::vector<std::string>& files) {
+    if (files.empty()) return;
+    OpenRequest request;
+    request.what.assign(files.begin(),
+                        files.begin() + std::min<std::ptrdiff_t>(2, std::ptrdiff_t(files.size())));
+    open(request);
+}
+
+void Window::key(int key, bool down, int modifiers) {
+    input_.keys.emplace_back(key, down);
+    input_.shift = modifiers & GLFW_MOD_SHIFT, input_.control = modifiers & GLFW_MOD_CONTROL;
+    if (!down || gui_->wants_keys()) return;
+    Look& look = panel_.look;
+    PanelActions actions;
+    switch (key) {
+        case GLFW_KEY_H:
+            panel_.grip = Grip::hold;
+            break;
+        case GLFW_KEY_P:
+            panel_.grip = Grip::push;
+            break;
+        case GLFW_KEY_F:
+            panel_.grip = Grip::refine;
+            break;
+        case GLFW_KEY_L:
+            panel_.grip = Grip::lasso;
+            break;
+        case GLFW_KEY_R:
+        case GLFW_KEY_C: {
+            std::size_t body = 0;
+            const auto hit = under_pointer(body);
+            if (hit && key == GLFW_KEY_R)
+                actions.commands.push_back(RefineNear{rest_place(body, *hit), influence()});
+            else if (hit)
+                actions.commands.push_back(CoarsenNear{rest_place(body, *hit), influence()});
+            else
+                say("point at the body to refine or coarsen it");
+            break;
+        }
+        case GLFW_KEY_1:
+            actions.commands.push_back(SetScheme{Scheme::A});
+            break;
+        case GLFW_KEY_2:
+            actions.commands.push_back(SetScheme{Scheme::B});
+            break;
+        case GLFW_KEY_3:
+            actions.commands.push_back(SetScheme{Scheme::C});
+            break;
+        case GLFW_KEY_G: {
+            const bool on = !snapshot().gravity.isZero(0);
+            actions.commands.push_back(Gravity{on ? Vector(Vector::Zero()) : gravity_of(panel_)});
+            break;
+        }
+        case GLFW_KEY_SPACE:
+            if (playback_) playing_ = !playing_;
+            actions.pause = !snapshot().paused;
+            break;
+        case GLFW_KEY_PERIOD:
+            actions.step = true;
+            break;
+        case GLFW_KEY_BACKSPACE:
+            actions.commands.push_back(Reset{});
+            break;
+        case GLFW_KEY_Z:
+            actions.commands.push_back(Undo{});
+            break;
+        case GLFW_KEY_V:
+            look.colour = all_colours[(std::size_t(look.colour) + 1) % std::size(all_colours)];
+            break;
+        case GLFW_KEY_W:
+            look.wireframe = !look.wireframe;
+            break;
+        case GLFW_KEY_S:
+            look.flat = !look.flat;
+            break;
+        case GLFW_KEY_O:
+            look.homes = !look.homes;
+            break;
+        case GLFW_KEY_T:
+            look.tetrahedra = !look.tetrahedra;
+            break;
+        case GLFW_KEY_0:
+            actions.fit = true;
+            break;
+        case GLFW_KEY_F2:
+            actions.picture = true;
+            break;
+        case GLFW_KEY_F3:
+            actions.vtp = true;
+            break;
+        case GLFW_KEY_F4:
+            actions.scene = true;
+            break;
+        case GLFW_KEY_F5:
+            actions.recording = true;
+            break;
+        case GLFW_KEY_TAB:
+            panel_.open = !panel_.open;
+            break;
+        case GLFW_KEY_Q:
+            close();
+            break;
+        default:
+            break;
+    }
+    act(actions);
+}
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,47 @@
+#include "remembered.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "innerspring/mesh/error.h"
+#include "innerspring/mesh/write.h"
+
+namespace innerspring::viewer {
+
+std::optional<std::filesystem::path> remembered_file() {
+    const char* config = std::getenv("XDG_CONFIG_HOME");
+    if (config && *config == '/') return std::filesystem::path(config) / "innerspring" / "viewer";
+    const char* home = std::getenv("HOME");
+    if (home && *home == '/') return std::filesystem::path(home) / ".config" / "innerspring" / "viewer";
+    return std::nullopt;
+}
+
+Remembered recall(const std::filesystem::path& file) {
+    Remembered r;
+    std::ifstream in(file);
+    std::string key;
+    double value = 0;
+    while (in >> key >> value) {
+        if (!std::isfinite(value)) continue;
+        if (key == "width" && value >= 320 && value <= 16384) r.width = int(value);
+        if (key == "height" && value >= 240 && value <= 16384) r.height = int(value);
+        if (key == "azimuth") r.azimuth = std::remainder(value, 360.0);
+        if (key == "elevation" && std::abs(value) < 90) r.elevation = value;
+        if (key == "panel") r.panel = value != 0;
+    }
+    return r;
+}
+
+void remember(const Remembered& r, const std::filesystem::path& file) {
+    std::error_code failed;
+    std::filesystem::create_directories(file.parent_path(), failed);
+    if (failed) throw RunError(fmt::format("{}: {}", file.parent_path().string(), failed.message()));
+    write_whole(file, fmt::format("width {}\nheight {}\nazimuth {}\nelevation {}\npanel {}\n", r.width,
+                                  r.height, r.azimuth, r.elevation, int(r.panel)));
+}
+
+}  // namespace innerspring::viewer

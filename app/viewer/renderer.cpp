@@ -1,0 +1,335 @@
+#include "renderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "innerspring/record/colours.h"
+#include "shaders.h"
+
+namespace innerspring::viewer {
+
+namespace {
+
+using Rgba = std::array<float, 4>;
+constexpr Rgba plain_colour = {0.80f, 0.62f, 0.54f, 1}, arrow_colour = {0.85f, 0.20f, 0.12f, 1},
+               tool_colour = {0.30f, 0.45f, 0.75f, 0.45f}, pin_colour = {0.1f, 0.1f, 0.1f, 1},
+               wire_colour = {0, 0, 0, 0.35f}, ground_colour = {0.45f, 0.47f, 0.50f, 0.55f},
+               home_colour = {0.9f, 0.3f, 0.1f, 0.9f}, tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f};
+
+/// More lines than this only make a grey cloud.
+constexpr std::size_t most_spokes = 4000;
+
+void set(GLuint program, const char* name, float value) {
+    glUniform1f(glGetUniformLocation(program, name), value);
+}
+void set(GLuint program, const char* name, const Rgba& colour) {
+    glUniform4fv(glGetUniformLocation(program, name), 1, colour.data());
+}
+void set(GLuint program, const char* name, const Eigen::Matrix4f& matrix) {
+    glUniformMatrix4fv(glGetUniformLocation(program, name), 1, GL_FALSE, matrix.data());
+}
+
+template <class T>
+void upload(GLenum target, GLuint buffer, std::span<const T> values, GLenum use) {
+    glBindBuffer(target, buffer);
+    glBufferData(target, GLsizeiptr(values.size_bytes()), values.data(), use);
+}
+
+void attribute(GLuint index, int size, int stride, int offset) {
+    glEnableVertexAttribArray(index);
+    glVertexAttribPointer(index, size, GL_FLOAT, GL_FALSE, GLsizei(stride * sizeof(float)),
+                          reinterpret_cast<const void*>(offset * sizeof(float)));
+}
+
+/// position, normal, value
+constexpr int floats_per_vertex = 7;
+void surface_attributes() {
+    attribute(0, 3, floats_per_vertex, 0);
+    attribute(1, 3, floats_per_vertex, 3);
+    attribute(2, 1, floats_per_vertex, 6);
+}
+
+Texture make_map() {
+    constexpr int steps = 256;
+    std::vector<std::uint8_t> rgb;
+    for (int n = 0; n < steps; ++n)
+        for (double channel : map_colour((n + 0.5) / steps)) rgb.push_back(std::uint8_t(255 * channel + 0.5));
+    GLuint name = 0;
+    glGenTextures(1, &name);
+    glBindTexture(GL_TEXTURE_2D, name);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, steps, 1, 0, GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return Texture(name);
+}
+
+/// Surfaces of revolution about `axis` from `from`: a profile of (along, radius) [m].
+void revolve(const Vector& from, const Vector& axis, std::span<const std::pair<double, double>> profile,
+             std::vector<Vector>& corners, std::vector<Vector>& normals) {
+    constexpr int around = 32;
+    const Vector side = axis.unitOrthogonal(), other = axis.cross(side);
+    auto radial = [&](int n) -> Vector {
+        const double a = 2 * std::numbers::pi * n / around;
+        return std::cos(a) * side + std::sin(a) * other;
+    };
+    for (std::size_t p = 0; p + 1 < profile.size(); ++p) {
+        const double z0 = profile[p].first, r0 = profile[p].second, z1 = profile[p + 1].first,
+                     r1 = profile[p + 1].second;
+        const double length = std::hypot(z1 - z0, r1 - r0);
+        if (!(length > 0)) continue;
+        for (int n = 0; n < around; ++n) {
+            const Vector a = radial(n), b = radial(n + 1);
+            auto normal = [&](const Vector& out) -> Vector {
+                return ((z1 - z0) * out - (r1 - r0) * axis) / length;
+            };
+            const Vector p00 = from + z0 * axis + r0 * a, p01 = from + z0 * axis + r0 * b,
+                         p10 = from + z1 * axis + r1 * a, p11 = from + z1 * axis + r1 * b;
+            for (const Vector& corner : {p00, p01, p11, p00, p11, p10}) corners.push_back(corner);
+            for (const Vector* out : {&a, &b, &b, &a, &b, &a}) normals.push_back(normal(*out));
+        }
+    }
+}
+
+}  // namespace
+
+double ground_square(const Surface& surface) {
+    const double wanted = surface.radius / 3, power = std::pow(10, std::floor(std::log10(wanted)));
+    for (double digit : {5.0, 2.0})
+        if (digit * power <= wanted) return digit * power;
+    return power;
+}
+
+Renderer::Renderer()
+    : surface_program_(make_program(surface_vertex_shader, surface_fragment_shader)),
+      line_program_(make_program(line_vertex_shader, line_fragment_shader)),
+      map_(make_map()),
+      line_array_(make_array()),
+      solid_array_(make_array()),
+      line_buffer_(make_buffer()),
+      solid_buffer_(make_buffer()) {
+    glBindVertexArray(line_array_);
+    glBindBuffer(GL_ARRAY_BUFFER, line_buffer_);
+    attribute(0, 3, 7, 0);
+    attribute(1, 4, 7, 3);
+    glBindVertexArray(solid_array_);
+    glBindBuffer(GL_ARRAY_BUFFER, solid_buffer_);
+    surface_attributes();
+    glBindVertexArray(0);
+}
+
+Point Renderer::place(const Vector& x) const {
+    const Vector d = x - origin_;
+    return {float(d.x()), float(d.y()), float(d.z())};
+}
+
+void Renderer::draw(std::size_t slot, const BodySnapshot& body, const Drawn& drawn, const Look& look,
+                    const ValueRange& range, const Camera& camera, const Viewport& viewport) {
+    const Surface& surface = *body.surface;
+    origin_ = (surface.lower + surface.upper) / 2;
+    Camera moved = camera;
+    moved.focus -= origin_;
+    view_ = moved.view().cast<float>();
+    view_projection_ = (moved.projection(viewport.aspect()) * moved.view()).cast<float>();
+
+    glViewport(viewport.x, viewport.y, viewport.width, viewport.height);
+    glScissor(viewport.x, viewport.y, viewport.width, viewport.height);
+    glEnable(GL_SCISSOR_TEST);
+    glEnable(GL_DEPTH_TEST);
+    glDepthMask(GL_TRUE);
+    glDisable(GL_BLEND);
+    glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    glClearColor(0.93f, 0.94f, 0.95f, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+
+    if (meshes_.size() <= slot) meshes_.resize(slot + 1);
+    draw_surface(slot, body, drawn, look, range);
+    if (look.ground) draw_ground(surface);
+    if (look.homes || look.tetrahedra) draw_springs(body, drawn, look);
+    if (!body.pinned.empty()) {
+        lines_.clear();
+        for (Index i : body.pinned) {
+            const double size = 0.012 * surface.radius;
+            for (int axis = 0; axis < 3; ++axis)
+                for (double end : {-size, size})
+                    lines_.push_back({place(drawn.x[i] + end * Vector::Unit(axis)), pin_colour});
+        }
+        draw_coloured(GL_LINES, lines_);
+    }
+    for (const Pull& pull : body.pulls) draw_pull(pull, body, camera);
+    glBindVertexArray(0);
+    glDisable(GL_SCISSOR_TEST);
+}
+
+void Renderer::draw_surface(std::size_t slot, const BodySnapshot& body, const Drawn& drawn, const Look& look,
+                            const ValueRange& range) {
+    Mesh& mesh = meshes_[slot];
+    const Surface& surface = *body.surface;
+    if (!mesh.array) {
+        mesh.array = make_array(), mesh.edges_array = make_array();
+        mesh.vertices = make_buffer(), mesh.triangles = make_buffer(), mesh.edges = make_buffer();
+        for (const auto& [array, indices] : {std::pair<GLuint, GLuint>{mesh.array, mesh.triangles},
+                                             std::pair<GLuint, GLuint>{mesh.edges_array, mesh.edges}}) {
+            glBindVertexArray(array);
+            glBindBuffer(GL_ARRAY_BUFFER, mesh.vertices);
+            glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices);
+            surface_attributes();
+        }
+    }
+    if (mesh.surface != body.surface) {
+        glBindVertexArray(mesh.array);
+        upload(GL_ELEMENT_ARRAY_BUFFER, mesh.triangles, std::span(surface.triangles), GL_STATIC_DRAW);
+        glBindVertexArray(mesh.edges_array);
+        upload(GL_ELEMENT_ARRAY_BUFFER, mesh.edges, std::span(surface.edges), GL_STATIC_DRAW);
+        mesh.surface = body.surface;
+    }
+
+    const bool coloured = drawn.values.size() == drawn.x.size() && range.low < range.high;
+    const double per = coloured ? 1 / (range.high - range.low) : 0;
+    stream_.resize(floats_per_vertex * drawn.x.size());
+    float* out = stream_.data();
+    for (std::size_t i = 0; i < drawn.x.size(); ++i) {
+        for (float c : place(drawn.x[i])) *out++ = c;
+        for (int k = 0; k < 3; ++k) *out++ = float(drawn.normals[i][k]);
+        *out++ = coloured ? float((drawn.values[i] - range.low) * per) : 0.0f;
+    }
+    upload(GL_ARRAY_BUFFER, mesh.vertices, std::span<const float>(stream_), GL_STREAM_DRAW);
+
+    glUseProgram(surface_program_);
+    set(surface_program_, "view", view_);
+    set(surface_program_, "view_projection", view_projection_);
+    set(surface_program_, "coloured", coloured ? 1.0f : 0.0f);
+    set(surface_program_, "flat_shading", look.flat ? 1.0f : 0.0f);
+    set(surface_program_, "base", plain_colour);
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, map_);
+    glEnable(GL_CULL_FACE);  // closed and outward oriented: the far side is never seen
+    if (look.wireframe) glEnable(GL_POLYGON_OFFSET_FILL);
+    glPolygonOffset(1, 1);
+    glBindVertexArray(mesh.array);
+    glDrawElements(GL_TRIANGLES, GLsizei(3 * surface.triangles.size()), GL_UNSIGNED_INT, nullptr);
+    glDisable(GL_POLYGON_OFFSET_FILL);
+    glDisable(GL_CULL_FACE);
+    glEnable(GL_BLEND);
+    if (look.wireframe) {
+        set(surface_program_, "coloured", -1.0f);  // the base colour as it is, unlit
+        set(surface_program_, "base", wire_colour);
+        glBindVertexArray(mesh.edges_array);
+        glDrawElements(GL_LINES, GLsizei(2 * surface.edges.size()), GL_UNSIGNED_INT, nullptr);
+    }
+}
+
+void Renderer::draw_ground(const Surface& surface) {
+    const double square = ground_square(surface), size = (surface.upper - surface.lower).norm();
+    const int count = int(std::ceil(1.2 * size / square));
+    const Vector middle = (surface.lower + surface.upper) / 2;
+    const double y = surface.lower.y() - 0.04 * size, reach = count * square;
+    lines_.clear();
+    for (int n = -count; n <= count; ++n) {
+        // Fading with the distance from the middle, drawn in pieces so that it does so along a line too.
+        for (int m = -count; m < count; ++m)
+            for (bool along : {false, true}) {
+                for (int end : {m, m + 1}) {
+                    const double s = n * square, t = end * square;
+                    Rgba colour = ground_colour;
+                    colour[3] *= float(std::clamp(1 - std::hypot(s, t) / reach, 0.0, 1.0));
+                    lines_.push_back(
+                        {place({middle.x() + (along ? s : t), y, middle.z() + (along ? t : s)}), colour});
+                }
+            }
+    }
+    draw_coloured(GL_LINES, lines_);
+}
+
+void Renderer::draw_springs(const BodySnapshot& body, const Drawn& drawn, const Look& look) {
+    const Surface& surface = *body.surface;
+    const std::size_t stride = 1 + drawn.x.size() / most_spokes;
+    glDisable(GL_DEPTH_TEST);
+    if (look.tetrahedra) {
+        lines_.clear();
+        for (std::size_t i = 0; i < drawn.x.size(); i += stride) {
+            // About one centre its sides meet there; local ones end in the centre of the vertex's medial
+            // ball.
+            Vector centre = surface.centre.position;
+            if (surface.centre.kind == CentreKind::local) {
+                if (surface.L.empty()) break;
+                centre = surface.rest[i] - surface.L[i] * drawn.normals[i];
+            }
+            lines_.push_back({place(body.frame.R * centre + body.frame.t), tetrahedra_colour});
+            lines_.push_back({place(drawn.x[i]), tetrahedra_colour});
+        }
+        draw_coloured(GL_LINES, lines_);
+    }
+    if (look.homes) {
+        lines_.clear();
+        std::vector<Coloured> points;
+        for (std::size_t i = 0; i < drawn.x.size(); i += stride) {
+            const Point home = place(body.frame.R * surface.rest[i] + body.frame.t);
+            points.push_back({home, home_colour});
+            lines_.push_back({home, home_colour});
+            lines_.push_back({place(drawn.x[i]), home_colour});
+        }
+        glPointSize(3);
+        draw_coloured(GL_POINTS, points);
+        draw_coloured(GL_LINES, lines_);
+    }
+    glEnable(GL_DEPTH_TEST);
+}
+
+void Renderer::draw_pull(const Pull& pull, const BodySnapshot& body, const Camera& camera) {
+    std::vector<Vector> corners, normals;
+    const double R = body.surface->radius, E = body.material.young;
+    if (const double newton = pull.newton.norm(); newton > 0) {
+        // Its length grows with the root of the force: E R^2 makes 1.5 R. It ends where the force acts.
+        const Vector along = pull.newton / newton;
+        const double length = std::min(0.15 + 1.5 * std::sqrt(newton / (E * R * R)), 2.0) * R,
+                     thick = 0.02 * R, head = std::min(0.15 * R, 0.5 * length);
+        const std::pair<double, double> arrow[] = {
+            {0, 0}, {0, thick}, {length - head, thick}, {length - head, 2.6 * thick}, {length, 0}};
+        revolve(pull.place - length * along, along, arrow, corners, normals);
+        draw_solid(corners, normals, arrow_colour);
+    }
+    if (!pull.hand) return;
+    // The tool: a ball where the hand is.
+    corners.clear(), normals.clear();
+    const double r = std::max(0.15 * pull.radius, 0.01 * R);
+    std::vector<std::pair<double, double>> ball;
+    for (int n = 0; n <= 16; ++n) {
+        const double a = std::numbers::pi * n / 16;
+        ball.push_back({-r * std::cos(a), r * std::sin(a)});
+    }
+    revolve(pull.place, camera.back(), ball, corners, normals);
+    draw_solid(corners, normals, tool_colour);
+}
+
+void Renderer::draw_solid(std::span<const Vector> corners, std::span<const Vector> normals,
+                          const Rgba& colour) {
+    stream_.clear();
+    for (std::size_t n = 0; n < corners.size(); ++n) {
+        for (float c : place(corners[n])) stream_.push_back(c);
+        for (int k = 0; k < 3; ++k) stream_.push_back(float(normals[n][k]));
+        stream_.push_back(0);
+    }
+    upload(GL_ARRAY_BUFFER, solid_buffer_, std::span<const float>(stream_), GL_STREAM_DRAW);
+    glUseProgram(surface_program_);
+    set(surface_program_, "view", view_);
+    set(surface_program_, "view_projection", view_projection_);
+    set(surface_program_, "coloured", 0.0f);
+    set(surface_program_, "flat_shading", 0.0f);
+    set(surface_program_, "base", colour);
+    glBindVertexArray(solid_array_);
+    glDrawArrays(GL_TRIANGLES, 0, GLsizei(corners.size()));
+}
+
+void Renderer::draw_coloured(GLenum kind, std::span<const Coloured> vertices) {
+    upload(GL_ARRAY_BUFFER, line_buffer_, vertices, GL_STREAM_DRAW);
+    glUseProgram(line_program_);
+    set(line_program_, "view_projection", view_projection_);
+    glBindVertexArray(line_array_);
+    glDrawArrays(kind, 0, GLsizei(vertices.size()));
+}
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,280 @@
+#include "simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "innerspring/body/tune.h"
+#include "innerspring/mesh/error.h"
+
+namespace innerspring::viewer {
+
+namespace {
+
+/// How much stiffer the hand's spring is than the patch it holds: the patch follows the hand by 4/5.
+constexpr double grip = 4;
+/// What the patch answers by its inner springs alone the hand gives at once, the rest (surface springs,
+/// gravity) within so many times the time of the patch's own motion, sqrt(m / K): slow enough for no
+/// overshoot. In a step it goes at most this share of the way, so that of an error 1 - 0.3 (1 + grip) = -0.5
+/// is left at most.
+constexpr double slowness = 20, most_of_the_way = 0.3;
+/// The hand pulls with no more than this times E R^2.
+constexpr double strongest = 5;
+
+/// Undo keeps so many bytes at most, but always the last moment.
+constexpr std::size_t undo_bytes = 256u << 20;
+constexpr std::size_t most_undo = 30;
+
+constexpr std::size_t most_triangles = 2000000;
+
+std::size_t bytes_of(const Body& body) {
+    return 200 * body.vertices() + sizeof(Spoke) * body.spokes.size() + 120 * body.edges.size();
+}
+
+/// Of the weighted mean of a patch that is loaded with the same weights, by the inner springs alone:
+/// u_i = w_i F / K_i, so sum w_i u_i = F sum w_i^2 / K_i.
+double patch_stiffness(const Body& body, const Force& patch) {
+    double compliance = 0;
+    for (std::size_t n = 0; n < patch.vertices.size(); ++n)
+        compliance += patch.weights[n] * patch.weights[n] / body.K[patch.vertices[n]];
+    return 1 / compliance;
+}
+
+/// Whether a corner is that near.
+bool within(const Vector& place, double radius, const Vector& a, const Vector& b, const Vector& c) {
+    return std::min({(a - place).norm(), (b - place).norm(), (c - place).norm()}) <= radius;
+}
+
+bool changes_more_than_the_hand(const Command& command) {
+    return !std::holds_alternative<Grab>(command) && !std::holds_alternative<Drag>(command) &&
+           !std::holds_alternative<Push>(command) && !std::holds_alternative<Release>(command) &&
+           !std::holds_alternative<Undo>(command);
+}
+
+}  // namespace
+
+Simulation::Simulation(const Scene& scene) : scene_(scene) {
+    Setup setup = set_up(scene);
+    notes_ = std::move(setup.notes);
+    now_.body = std::move(setup.body);
+    now_.loads = std::move(setup.loads);
+    now_.state = rest_state(now_.body);
+    if (!setup.refine.empty()) now_.refiner.emplace(now_.body, std::move(setup.refine));
+    renew_workspace();
+    start_ = std::make_unique<const Moment>(now_);
+}
+
+void Simulation::renew_workspace() {
+    workspace_.emplace(now_.body, scene_.step);
+}
+
+void Simulation::remember(const Command& command, Moment before) {
+    const bool same_drag =
+        command.index() == last_kind_ && !undo_.empty() &&
+        (std::holds_alternative<Tune>(command) || std::holds_alternative<Gravity>(command)) &&
+        now_.state.time - last_time_ < 0.5;
+    last_kind_ = command.index();
+    last_time_ = now_.state.time;
+    if (same_drag) return;
+    undo_.push_back(std::move(before));
+    std::size_t bytes = 0;
+    for (const Moment& moment : undo_) bytes += bytes_of(moment.body);
+    while (undo_.size() > 1 && (undo_.size() > most_undo || bytes > undo_bytes)) {
+        bytes -= bytes_of(undo_.front().body);
+        undo_.erase(undo_.begin());
+    }
+}
+
+void Simulation::apply(const Command& command) {
+    if (!changes_more_than_the_hand(command)) return act(command);
+    Moment before = now_;
+    try {
+        act(command);
+    } catch (const InputError&) {
+        now_ = std::move(before);
+        renew_workspace();
+        ++mesh_version_, ++body_version_;
+        throw;
+    }
+    remember(command, std::move(before));
+}
+
+void Simulation::pass_over(const Command& command) {
+    if (changes_more_than_the_hand(command)) remember(command, now_);
+}
+
+void Simulation::act(const Command& command) {
+    if (const auto* gravity = std::get_if<Gravity>(&command)) {
+        if (!gravity->g.allFinite()) throw InputError("gravity must be finite");
+        now_.loads.gravity = gravity->g;
+    } else if (const auto* grab = std::get_if<Grab>(&command)) {
+        act(*grab);
+    } else if (const auto* drag = std::get_if<Drag>(&command)) {
+        act(*drag);
+    } else if (const auto* push = std::get_if<Push>(&command)) {
+        act(*push);
+    } else if (std::holds_alternative<Release>(command)) {
+        release();
+    } else if (const auto* tuned = std::get_if<Tune>(&command)) {
+        tune(now_.body, tuned->material, now_.body.scheme);
+        ++body_version_;
+        renew_workspace();
+    } else if (const auto* scheme = std::get_if<SetScheme>(&command)) {
+        tune(now_.body, now_.body.material, scheme->scheme);
+        ++body_version_;
+        renew_workspace();
+    } else if (const auto* fine = std::get_if<RefineNear>(&command)) {
+        const auto near = triangles_near(now_.body.rest, fine->near, fine->radius);
+        if (now_.body.rest.triangles.size() + 3 * near.size() > most_triangles)
+            throw InputError(fmt::format("more than {} triangles are too many to play with", most_triangles));
+        adapted(refine(now_.body, history(), now_.state, near));
+    } else if (const auto* coarse = std::get_if<CoarsenNear>(&command)) {
+        adapted(
+            coarsen(now_.body, history(), now_.state, [&](const Vector& a, const Vector& b, const Vector& c) {
+                return !within(coarse->near, coarse->radius, a, b, c);
+            }));
+    } else if (const auto* pin = std::get_if<PinAt>(&command)) {
+        std::vector<bool> pinned(now_.body.vertices(), false);
+        for (const Pin& p : now_.loads.pins)
+            for (Index i : p.vertices) pinned[i] = true;
+        Pin added;
+        for (const Vector& place : pin->places) {
+            const Index i = nearest_vertex(now_.body.rest.positions, place);
+            if (!pinned[i]) added.vertices.push_back(i), pinned[i] = true;
+        }
+        if (!added.vertices.empty()) now_.loads.pins.push_back(std::move(added));
+    } else if (std::holds_alternative<Unpin>(command)) {
+        now_.loads.pins.clear();
+    } else if (std::holds_alternative<Reset>(command)) {
+        now_ = *start_;
+        failure_.clear();
+        ++mesh_version_, ++body_version_;
+        renew_workspace();
+    } else if (std::holds_alternative<Undo>(command)) {
+        if (undo_.empty()) throw InputError("there is nothing to undo");
+        now_ = std::move(undo_.back());
+        undo_.pop_back();
+        last_kind_ = std::variant_npos;
+        failure_.clear();
+        release();
+        ++mesh_version_, ++body_version_;
+        renew_workspace();
+    }
+}
+
+Subdivision& Simulation::history() {
+    if (now_.refiner) throw InputError("the scene has its own rules of refinement; they are left alone");
+    if (!now_.history) now_.history.emplace(now_.body.rest);
+    return *now_.history;
+}
+
+void Simulation::adapted(const Transfer& transfer) {
+    if (transfer.surface.removed.empty()) return;
+    carry_over(now_.loads, now_.body, transfer);
+    follow_mesh(transfer);
+}
+
+void Simulation::follow_mesh(const Transfer& transfer) {
+    workspace_->adapt(now_.body, transfer);
+    ++mesh_version_, ++body_version_;
+    if (now_.hand.kind != Hand::Kind::hold) return;
+    // The patch is another one now; the force goes on as it was.
+    const Force& force = now_.loads.forces.back();
+    now_.hand.stiffness = grip * patch_stiffness(now_.body, force);
+    now_.hand.from = mean_place(force, now_.state) + force.newton / now_.hand.stiffness - now_.hand.by;
+}
+
+void Simulation::set_hand(Hand::Kind kind, const Vector& near, double radius) {
+    if (!near.allFinite()) throw InputError("the hand's place must be finite");
+    Force patch =
+        patch_force(now_.body, nearest_vertex(now_.body.rest.positions, near), radius, Vector::Zero());
+    patch.name = "hand";
+    if (now_.hand.kind == Hand::Kind::none)
+        now_.loads.forces.push_back(std::move(patch));
+    else
+        now_.loads.forces.back() = std::move(patch);
+    now_.hand = {kind, Vector::Zero(), Vector::Zero(), 0};
+}
+
+void Simulation::act(const Grab& grab) {
+    set_hand(Hand::Kind::hold, grab.near, grab.radius);
+    const Force& force = now_.loads.forces.back();
+    now_.hand.from = mean_place(force, now_.state);
+    now_.hand.stiffness = grip * patch_stiffness(now_.body, force);
+}
+
+void Simulation::act(const Drag& drag) {
+    Hand& hand = now_.hand;
+    if (!drag.by.allFinite() || hand.kind != Hand::Kind::hold) return;
+    now_.loads.forces.back().newton += hand.stiffness / (1 + grip) * (drag.by - hand.by);
+    hand.by = drag.by;
+}
+
+void Simulation::act(const Push& push) {
+    if (!push.newton.allFinite()) throw InputError("the hand's force must be finite");
+    set_hand(Hand::Kind::push, push.near, push.radius);
+    now_.loads.forces.back().newton = push.newton;
+}
+
+void Simulation::release() {
+    if (now_.hand.kind != Hand::Kind::none) now_.loads.forces.pop_back();
+    now_.hand = {};
+}
+
+const Force* Simulation::hand_force() const {
+    return now_.hand.kind == Hand::Kind::none ? nullptr : &now_.loads.forces.back();
+}
+
+Vector mean_place(const Force& force, const State& state) {
+    Vector place = Vector::Zero();
+    for (std::size_t n = 0; n < force.vertices.size(); ++n)
+        place += force.weights[n] * state.x[force.vertices[n]];
+    return place;
+}
+
+bool Simulation::advance() {
+    if (!failure_.empty()) return false;
+    if (now_.hand.kind == Hand::Kind::hold) {
+        Force& force = now_.loads.forces.back();
+        Vector pull = now_.hand.stiffness * (now_.hand.from + now_.hand.by - mean_place(force, now_.state));
+        const double most = strongest * now_.body.material.young * now_.body.radius * now_.body.radius;
+        if (const double size = pull.norm(); size > most) pull *= most / size;
+        const Index i = force.centre;
+        const double rate = std::sqrt(now_.body.K[i] / now_.body.m[i]) / slowness;
+        force.newton += std::min(most_of_the_way, rate * scene_.step.dt) * (pull - force.newton);
+        if (const double size = force.newton.norm(); size > most) force.newton *= most / size;
+    }
+    try {
+        if (now_.refiner)
+            now_.refiner->before_step(now_.state.time, scene_.step.dt, now_.body, now_.loads, now_.state,
+                                      [&](const Transfer& transfer) { follow_mesh(transfer); });
+    } catch (const InputError& error) {
+        failure_ = error.what();
+        return false;
+    }
+    const StepReport report = step(now_.body, now_.loads, now_.state, *workspace_);
+    if (report.not_finite != no_index)
+        failure_ = fmt::format("stopped at t = {:.4g} s: vertex {} left the numbers; undo or reset",
+                               now_.state.time, report.not_finite);
+    return failure_.empty();
+}
+
+Scene Simulation::scene() const {
+    Scene scene = scene_;
+    scene.material = now_.body.material;
+    scene.scheme = now_.body.scheme;
+    scene.gravity = now_.loads.gravity;
+    // Pins beyond the scene's own were set by hand; their vertices are named by place, which survives
+    // refinement.
+    for (std::size_t n = scene_.pins.size(); n < now_.loads.pins.size(); ++n)
+        for (Index i : now_.loads.pins[n].vertices) {
+            ScenePin pin;
+            pin.near = now_.body.rest.positions[i];
+            scene.pins.push_back(pin);
+        }
+    if (now_.loads.pins.size() < scene_.pins.size()) scene.pins.clear();
+    return scene;
+}
+
+}  // namespace innerspring::viewer

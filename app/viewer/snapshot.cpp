@@ -1,0 +1,95 @@
+#include "snapshot.h"
+
+#include "innerspring/mesh/topology.h"
+#include "rig.h"
+
+namespace innerspring::viewer {
+
+Surface surface_of(const SurfaceMesh& rest) {
+    Surface s;
+    s.name = rest.name.substr(rest.name.find_last_of('/') + 1);  // of a file without its folder
+    s.rest = rest.positions;
+    s.triangles = rest.triangles;
+    s.edges = build_topology(rest.positions.size(), rest.triangles).edges;
+    s.area = vertex_areas(rest.positions, rest.triangles);
+    s.spacing.assign(s.rest.size(), 0);
+    std::vector<int> count(s.rest.size(), 0);
+    for (const Edge& e : s.edges) {
+        const double length = (s.rest[e.a] - s.rest[e.b]).norm();
+        for (Index i : {e.a, e.b}) s.spacing[i] += length, ++count[i];
+    }
+    for (std::size_t i = 0; i < count.size(); ++i) s.spacing[i] /= std::max(1, count[i]);
+    if (!s.rest.empty()) std::tie(s.lower, s.upper) = bounding_box(s.rest);
+    s.radius = volume_radius(volume(s.rest, s.triangles));
+    return s;
+}
+
+namespace {
+
+std::shared_ptr<const Surface> surface_now(const Simulation& simulation, const Surface* before) {
+    const Body& body = simulation.body();
+    Surface s;
+    if (before && before->mesh_version == simulation.mesh_version())
+        s = *before;  // other masses and springs only
+    else
+        s = surface_of(body.rest);
+    s.m = body.m, s.K = body.K, s.L = body.L;
+    s.centre = body.centre;
+    s.mesh_version = simulation.mesh_version();
+    return std::make_shared<const Surface>(std::move(s));
+}
+
+void capture_body(const Simulation& from, BodySnapshot& to) {
+    const Body& body = from.body();
+    const State& state = from.state();
+    const auto& q = body.rest.positions;
+    to.u.resize(q.size());
+    for (std::size_t i = 0; i < q.size(); ++i)
+        for (int k = 0; k < 3; ++k) to.u[i][k] = float(state.x[i][k] - q[i][k]);
+    Team alone(1);
+    to.frame = home_frame(body, state.x, alone);
+    to.scheme = body.scheme;
+    to.material = body.material;
+    to.integrator = to_string(from.workspace().integrator());
+    to.precision = to_string(from.workspace().precision());
+    to.substeps = from.workspace().substeps();
+    const Measures now = measure(body, from.loads(), state);
+    to.volume_variation_percent = now.volume_variation_percent;
+    to.kinetic = now.kinetic, to.elastic = now.elastic, to.potential = now.potential;
+    to.max_displacement = now.max_displacement;
+    to.pulls.clear();
+    for (const Force& force : from.loads().forces)
+        to.pulls.push_back({at(force.profile, state.time) * force.newton, mean_place(force, state),
+                            force.radius, &force == from.hand_force()});
+    to.pinned.clear();
+    for (const Pin& pin : from.loads().pins)
+        to.pinned.insert(to.pinned.end(), pin.vertices.begin(), pin.vertices.end());
+}
+
+}  // namespace
+
+double force_sum(const BodySnapshot& body) {
+    double sum = 0;
+    for (const Pull& pull : body.pulls) sum += pull.newton.norm();
+    return sum;
+}
+
+void Capture::operator()(const Rig& rig, Snapshot& into) {
+    known_.resize(rig.size());
+    into.bodies.resize(rig.size());
+    for (std::size_t n = 0; n < rig.size(); ++n) {
+        if (!known_[n].surface || known_[n].version != rig[n].body_version())
+            known_[n] = {surface_now(rig[n], known_[n].surface.get()), rig[n].body_version()};
+        into.bodies[n].surface = known_[n].surface;
+        capture_body(rig[n], into.bodies[n]);
+    }
+    into.time = rig[0].state().time;
+    into.dt = rig[0].dt();
+    into.ticks = rig.ticks();
+    into.gravity = rig[0].loads().gravity;
+    into.replaying = rig.replaying();
+    for (std::size_t n = 0; n < rig.size(); ++n)
+        if (!rig[n].failure().empty()) into.message = rig[n].failure();
+}
+
+}  // namespace innerspring::viewer

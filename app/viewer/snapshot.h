@@ -1,0 +1,93 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "innerspring/body/body.h"
+#include "innerspring/sim/forces.h"
+
+namespace innerspring::viewer {
+
+class Rig;
+
+using Point = std::array<float, 3>;
+
+/// What of a body changes only when it is refined, tuned or replaced. Shared between threads, never changed.
+struct Surface {
+    std::string name;
+    std::vector<Vector> rest;  ///< q_i [m]
+    std::vector<Triangle> triangles;
+    std::vector<Edge> edges;
+    std::vector<double> area;     ///< A_i [m^2]
+    std::vector<double> spacing;  ///< mean length of the edges at each vertex, at rest [m]
+    std::vector<double> m;        ///< [kg]
+    std::vector<double> K;        ///< [N/m]
+    std::vector<double> L;        ///< distance to the vertex's centre [m]
+    Centre centre;
+    Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< box at rest [m]
+    double radius = 1;                                      ///< volume radius R [m]
+    std::uint64_t mesh_version = 0;                         ///< another one: other triangles
+};
+
+/// A force as it acts now.
+struct Pull {
+    Vector newton = Vector::Zero();  ///< [N]
+    Vector place = Vector::Zero();   ///< weighted mean of the vertices it acts on [m]
+    double radius = 0;               ///< of influence [m]
+    bool hand = false;               ///< the user's, not the scene's
+};
+
+/// A body at one moment.
+struct BodySnapshot {
+    std::shared_ptr<const Surface> surface;
+    std::vector<Point> u;  ///< displacement x_i - q_i [m], per vertex
+    HomeFrame frame;
+    Scheme scheme = Scheme::C;
+    Material material;
+    std::string_view integrator, precision;
+    int substeps = 0;
+    double volume_variation_percent = 0, kinetic = 0, elastic = 0, potential = 0;  ///< [J]
+    double max_displacement = 0;                                                   ///< [m]
+    double step_ms = 0;                                                            ///< time of a step
+    std::vector<Pull> pulls;
+    std::vector<Index> pinned;
+    bool simulated = true;  ///< false: a frame of a recording, of which only the surface is known
+};
+
+struct Snapshot {
+    std::vector<BodySnapshot> bodies;
+    double time = 0;  ///< [s]
+    double dt = 0;    ///< [s]
+    std::uint64_t ticks = 0;
+    Vector gravity = Vector::Zero();
+    double real_time_factor = 0;  ///< seconds simulated per second, over the last half second
+    double steps_per_second = 0;
+    double speed = 1;  ///< asked for
+    bool paused = false, replaying = false;
+    std::string message;      ///< the last thing refused, or why it stopped
+    std::uint64_t said = 0;   ///< messages so far
+    std::uint64_t taken = 0;  ///< snapshots so far
+};
+
+/// Copies what is to be seen of the rig. Surfaces are made anew only where `into`'s, or those of the snapshot
+/// before, are of another version.
+class Capture {
+  public:
+    void operator()(const Rig& rig, Snapshot& into);
+
+  private:
+    struct Known {
+        std::shared_ptr<const Surface> surface;
+        std::uint64_t version = 0;
+    };
+    std::vector<Known> known_;
+};
+
+/// Of all forces on a body, their sizes added up [N].
+double force_sum(const BodySnapshot& body);
+
+/// A surface as the renderer needs it.
+Surface surface_of(const SurfaceMesh& rest);
+
+}  // namespace innerspring::viewer

@@ -1,0 +1,177 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "display.h"
+#include "innerspring/mesh/error.h"
+#include "innerspring/mesh/shapes.h"
+#include "innerspring/record/run.h"
+#include "offscreen.h"
+#include "open.h"
+#include "pictures.h"
+#include "support/temporary_folder.h"
+
+using namespace innerspring;
+using namespace innerspring::viewer;
+
+namespace {
+
+Snapshot after(Rig& rig, int steps) {
+    for (int n = 0; n < steps; ++n) rig.advance();
+    Capture capture;
+    Snapshot snapshot;
+    capture(rig, snapshot);
+    return snapshot;
+}
+
+PictureRequest square(int size) {
+    PictureRequest request;
+    request.width = request.height = size;
+    return request;
+}
+
+}  // namespace
+
+/// Off screen no display is needed; asking for one first keeps the drivers loaded under a sanitizer.
+#define NEED_OPENGL()                 \
+    have_display();                   \
+    try {                             \
+        const Offscreen there;        \
+    } catch (const RunError& error) { \
+        GTEST_SKIP() << error.what(); \
+    }
+
+// Seen from d away, a ball of radius R fills the cone of half-angle asin(R/d): on the picture a disc of
+// radius tan(asin(R/d)) / tan(field/2) of half the picture.
+TEST(Offscreen, ASphereCoversTheShareOfItsCone) {
+    NEED_OPENGL();
+    const auto rig = open_rig({{"icosphere:vertices=10000"}, [](Scene& s) { s.gravity = Vector::Zero(); }});
+    PictureRequest request = square(400);
+    request.look.colour = ColourBy::plain;
+    request.look.ground = false;
+    for (double zoomed : {0.6, 1.0, 1.5}) {
+        request.camera.zoom = zoomed;
+        Studio studio(request);
+        const Image image = studio.picture(after(*rig, 0), {});
+        const double half = 15 * std::numbers::pi / 180, distance = std::sqrt(3.0) / std::sin(half) / zoomed;
+        const double disc = std::tan(std::asin(1 / distance)) / std::tan(half);
+        EXPECT_NEAR(covered(image, 0, 400, 0, 400), std::numbers::pi * disc * disc / 4, 0.006) << zoomed;
+    }
+}
+
+TEST(Offscreen, ColoursChangeWithTheLoadAndOnlyWithIt) {
+    NEED_OPENGL();
+    Studio studio(square(300));
+    const auto rig = open_rig({{"breast:vertices=1000"}});
+    const Image rest = studio.picture(after(*rig, 0), {});
+    EXPECT_EQ(difference(rest, studio.picture(after(*rig, 0), {})), 0) << "the same picture twice";
+    const Image loaded = studio.picture(after(*rig, 30), {});
+    EXPECT_GT(difference(rest, loaded), 2);
+}
+
+// Law 1: under gravity every vertex of a sphere sinks alike, so its displacement has one colour and its
+// strain none.
+TEST(Offscreen, ASphereUnderGravityHasOneDisplacement) {
+    const auto rig = open_rig({{"sphere:vertices=1000"}});
+    const Snapshot snapshot = after(*rig, 200);
+    Drawn drawn;
+    make_drawn(snapshot.bodies[0], ColourBy::displacement, drawn);
+    const double sink = 0.05 * 9.81 / (3 * (4 * std::numbers::pi / 3) * 10);  // M g R^2 / (3 V E), R = 1
+    for (double u : drawn.values) EXPECT_NEAR(u, sink, 0.02 * sink);
+    make_drawn(snapshot.bodies[0], ColourBy::strain, drawn);
+    for (double e : drawn.values) EXPECT_NEAR(e, 0, 1e-2);
+}
+
+// The pressures of the inner springs, times the areas, along the normals, hold up a squeezed body: for a
+// uniform inward displacement u of a sphere K = E A / R, so p = E u / R.
+TEST(Offscreen, PressureOfAShrunkSphere) {
+    const auto rig = open_rig({{"icosphere:vertices=4000"}});
+    Snapshot snapshot = after(*rig, 0);
+    BodySnapshot& body = snapshot.bodies[0];
+    constexpr double share = 1e-3;
+    for (std::size_t i = 0; i < body.u.size(); ++i)
+        for (int k = 0; k < 3; ++k) body.u[i][k] = float(-share * body.surface->rest[i][k]);
+    Drawn drawn;
+    make_drawn(body, ColourBy::pressure, drawn);
+    for (double p : drawn.values) EXPECT_NEAR(p, 10 * share, 0.03 * 10 * share);
+    make_drawn(body, ColourBy::strain, drawn);
+    for (double e : drawn.values) EXPECT_NEAR(e, 100 * ((1 - share) * (1 - share) - 1), 1e-3);
+}
+
+TEST(Offscreen, EveryShapeColourAndLookIsDrawn) {
+    NEED_OPENGL();
+    for (std::string_view shape : shape_names()) {
+        const auto rig = open_rig({{std::string(shape) + ":vertices=300"}});
+        const Snapshot snapshot = after(*rig, 10);
+        for (ColourBy colour : all_colours) {
+            PictureRequest request = square(160);
+            request.look.colour = colour;
+            const Image plain = Studio(request).picture(snapshot, {});
+            EXPECT_GT(covered(plain, 0, 160, 0, 160), 0.08) << shape << " " << to_string(colour);
+            EXPECT_LT(covered(plain, 0, 160, 0, 160), 0.8) << shape << " " << to_string(colour);
+            if (colour != ColourBy::displacement) continue;
+            for (bool Look::*part :
+                 {&Look::flat, &Look::wireframe, &Look::homes, &Look::tetrahedra, &Look::ground}) {
+                PictureRequest other = request;
+                other.look.*part = !(other.look.*part);
+                EXPECT_GT(difference(plain, Studio(other).picture(snapshot, {})), 0.02) << shape;
+            }
+        }
+    }
+}
+
+TEST(Offscreen, PicturesAndMoviesAreInSimulatedTime) {
+    NEED_OPENGL();
+    const TemporaryFolder folder("movie");
+    PictureRequest request = square(120);
+    request.after = 0.2, request.rate = 25;
+    request.movie = folder.path / "frames";
+    request.screenshot = folder.path / "last.png";
+    const auto once = open_rig({{"breast:vertices=300"}});
+    EXPECT_EQ(take_pictures(*once, request), 7) << "0, 0.04 ... 0.2 s and the screenshot";
+    EXPECT_EQ(content(folder.path / "last.png"), content(request.movie / "frame_000005.png"));
+    EXPECT_NE(content(request.movie / "frame_000000.png"), content(request.movie / "frame_000005.png"));
+    const std::string first = content(folder.path / "last.png");
+    request.movie.clear();
+    const auto again = open_rig({{"breast:vertices=300"}});
+    take_pictures(*again, request);
+    EXPECT_EQ(content(folder.path / "last.png"), first) << "the same request, the same bytes";
+    request.screenshot = folder.path / "missing" / "a.png";
+    EXPECT_THROW(take_pictures(*again, request), RunError);
+    request.after = -1;
+    EXPECT_THROW(take_pictures(*again, request), InputError);
+}
+
+TEST(Offscreen, FramesOfASimulation) {
+    NEED_OPENGL();
+    const TemporaryFolder folder("offscreen-frames");
+    Scene scene;
+    scene.mesh = "breast:vertices=300";
+    scene.duration = 0.3;
+    run(scene, {.directory = folder.path});
+    Playback playback(folder.path);
+    PictureRequest request = square(120);
+    request.after = 0.3;
+    request.movie = folder.path / "movie";
+    EXPECT_EQ(take_pictures(playback, request), 4);
+    // The same moment stepped anew is the same picture but for its heading, as the frames hold the same
+    // state.
+    request.movie.clear();
+    request.screenshot = folder.path / "last.png";
+    take_pictures(playback, request);
+    const Image played = Studio(request).picture(playback.snapshot(), {});
+    const auto rig = open_rig({{"breast:vertices=300"}});
+    const Image stepped = Studio(request).picture(after(*rig, 30), {});
+    EXPECT_GT(covered(played, 0, 120, 40, 120), 0.1);
+    EXPECT_NEAR(covered(played, 0, 120, 40, 120), covered(stepped, 0, 120, 40, 120), 0.01);
+}
+
+TEST(Offscreen, TwoBodiesAreSideBySide) {
+    NEED_OPENGL();
+    const auto rig = open_rig({{"breast:vertices=500"}, {}, {Scheme::B, Scheme::C}});
+    PictureRequest request;
+    request.width = 600, request.height = 300;
+    const Image image = Studio(request).picture(after(*rig, 20), {});
+    EXPECT_GT(covered(image, 0, 300, 60, 300), 0.15);
+    EXPECT_GT(covered(image, 300, 520, 60, 300), 0.15);
+}

@@ -1,0 +1,328 @@
+#include <gtest/gtest.h>
+
+#include "camera.h"
+#include "innerspring/mesh/error.h"
+#include "innerspring/mesh/shapes.h"
+#include "open.h"
+#include "session.h"
+
+using namespace innerspring;
+using namespace innerspring::viewer;
+
+namespace {
+
+Material material(double mass, double young, double surface = 1, double damping = 1) {
+    Material m;
+    m.mass = mass, m.young = young, m.surface = surface, m.damping = damping;
+    return m;
+}
+
+Scene sphere_scene(int vertices = 400) {
+    Scene scene;
+    scene.mesh = "sphere:vertices=" + std::to_string(vertices);
+    scene.gravity = Vector::Zero();
+    return scene;
+}
+
+/// One of every command, with numbers that have no short decimals.
+std::vector<Command> all_commands() {
+    Material m;
+    m.mass = 0.1 / 3, m.young = 7.0 / 3, m.surface = 1 / 7.0, m.damping = 2 / 3.0;
+    return {Gravity{{0.1, -9.81 / 3, 1e-30}},
+            Grab{{0, 0, 1}, 0.35},
+            Drag{{0.05, 1.0 / 3, 0}},
+            Push{{0, 0, 1}, 0.3, {0, 0, -0.1 / 3}},
+            Release{},
+            Tune{m},
+            SetScheme{Scheme::B},
+            RefineNear{{0, 1, 0}, 0.4},
+            CoarsenNear{{0, 1, 0}, 0.2},
+            PinAt{{{0, -1, 0}, {0.1, -0.9, 1.0 / 3}}},
+            Unpin{},
+            Undo{},
+            Reset{}};
+}
+
+void steps(Rig& rig, int count) {
+    for (int n = 0; n < count; ++n) ASSERT_TRUE(rig.advance());
+}
+
+}  // namespace
+
+TEST(Commands, ReadBackToTheSameLine) {
+    const auto commands = all_commands();
+    EXPECT_EQ(commands.size(), std::variant_size_v<Command>);
+    for (const Command& command : commands) {
+        const std::string line = to_line(command);
+        EXPECT_EQ(parse_command(line).index(), command.index()) << line;
+        EXPECT_EQ(to_line(parse_command(line)), line);
+    }
+}
+
+TEST(Commands, SayWhatIsWrong) {
+    for (const char* line :
+         {"", "dance", "gravity 0 1", "gravity 0 1 nan", "push 0 0 1 -2 0 0 0", "grab 0 0 1 0", "pin 3 0 0 0",
+          "pin 99999999999 0", "scheme D", "release now", "tune 1 2 3"})
+        EXPECT_THROW(parse_command(line), InputError) << line;
+}
+
+TEST(Recording, GivesTheSameBitsAgain) {
+    Rig rig({sphere_scene()});
+    for (const Command& command : all_commands()) {
+        try {
+            rig.apply(command);
+        } catch (const InputError&) {
+        }
+        steps(rig, 7);
+    }
+    rig.apply(RefineNear{{0, 0, 1}, 0.5});
+    rig.apply(Push{{0, 0, 1}, 0.4, {0, 0, -0.05}});
+    steps(rig, 20);
+    rig.apply(SetScheme{Scheme::A});
+    steps(rig, 20);
+    const std::string text = to_text(rig.recording());
+    Recording read = recording_from_text(text, "test");
+    EXPECT_EQ(to_text(read), text);
+    EXPECT_EQ(replay(read)->hash(), rig.hash());
+    for (Scene& scene : read.scenes) scene.step.threads = 2;
+    EXPECT_EQ(replay(read)->hash(), rig.hash());
+    // A recording that can only agree shows nothing: with one input changed the states differ.
+    read.inputs.back().tick -= 3;
+    EXPECT_NE(replay(read)->hash(), rig.hash());
+}
+
+TEST(Recording, OfTwoBodies) {
+    Scene b = sphere_scene();
+    b.scheme = Scheme::B;
+    Rig rig({sphere_scene(), b});
+    rig.apply(Push{{0, 0, 1}, 0.4, {0, 0, -0.05}});
+    steps(rig, 30);
+    EXPECT_NE(state_hash(rig[0].state()), state_hash(rig[1].state()));
+    EXPECT_EQ(replay(recording_from_text(to_text(rig.recording()), "test"))->hash(), rig.hash());
+}
+
+// A command that one body refuses and the other takes is undone by one undo.
+TEST(Rig, UndoStaysInStep) {
+    Scene ruled = sphere_scene();
+    SceneRefine rule;
+    rule.at = 10;
+    rule.near = Vector(0, 0, 1);
+    rule.radius = 0.2;
+    ruled.refine.push_back(rule);
+    Rig rig({sphere_scene(), ruled});
+    rig.apply(Gravity{{0, -3, 0}});
+    const std::size_t vertices = rig[0].body().vertices();
+    EXPECT_THROW(rig.apply(RefineNear{{0, 0, 1}, 0.5}), InputError) << "the second has rules of its own";
+    EXPECT_GT(rig[0].body().vertices(), vertices);
+    EXPECT_EQ(rig[1].body().vertices(), vertices);
+    rig.apply(Undo{});
+    EXPECT_EQ(rig[0].body().vertices(), vertices);
+    EXPECT_EQ(rig[0].loads().gravity.y(), -3);
+    EXPECT_EQ(rig[1].loads().gravity.y(), -3);
+    rig.apply(Undo{});
+    EXPECT_EQ(rig[0].loads().gravity.y(), 0);
+    EXPECT_EQ(rig[1].loads().gravity.y(), 0);
+}
+
+TEST(Recording, DamageIsSaid) {
+    Rig rig({sphere_scene(100)});
+    rig.apply(Gravity{{0, -1, 0}});
+    steps(rig, 3);
+    const std::string text = to_text(rig.recording());
+    for (std::size_t cut = 0; cut < text.size(); cut += 7) {
+        try {
+            recording_from_text(text.substr(0, cut), "cut");
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find("cut"), std::string::npos);
+        }
+    }
+    EXPECT_THROW(recording_from_text(text.substr(0, text.find("gravity")), "cut"), InputError);
+}
+
+TEST(Simulation, UndoBringsBackTheBits) {
+    Simulation body(sphere_scene());
+    body.apply(Gravity{{0, -5, 0}});
+    for (int n = 0; n < 10; ++n) body.advance();
+    const auto before = state_hash(body.state());
+    const auto vertices = body.body().vertices();
+    const double K = body.body().K[3];
+    for (const Command& command :
+         std::vector<Command>{RefineNear{{0, 0, 1}, 0.5}, SetScheme{Scheme::A}, Tune{material(1, 100)},
+                              Reset{}, Gravity{{9, 0, 0}}, PinAt{{{0, -1, 0}}}}) {
+        body.apply(command);
+        for (int n = 0; n < 5; ++n) body.advance();
+        EXPECT_NE(state_hash(body.state()), before);
+        body.apply(Undo{});
+        EXPECT_EQ(state_hash(body.state()), before) << to_line(command);
+        EXPECT_EQ(body.body().vertices(), vertices);
+        EXPECT_EQ(body.body().K[3], K);
+        EXPECT_EQ(body.loads().gravity.y(), -5);
+    }
+}
+
+TEST(Simulation, ARefusedCommandChangesNothing) {
+    Simulation body(sphere_scene());
+    body.apply(Gravity{{0, -5, 0}});
+    for (int n = 0; n < 5; ++n) body.advance();
+    const auto before = state_hash(body.state());
+    EXPECT_THROW(body.apply(Tune{material(-1, 10)}), InputError);
+    EXPECT_THROW(body.apply(Tune{material(0.05, 0)}), InputError);
+    EXPECT_THROW(body.apply(Gravity{{NAN, 0, 0}}), InputError);
+    EXPECT_EQ(state_hash(body.state()), before);
+    EXPECT_EQ(body.body().material.mass, 0.05);
+}
+
+// Hand and patch share the way by their springs: without surface springs the mean of the patch answers
+// u = F / k_p, F = grip k_p (d - u), so u = d grip / (1 + grip) = 4/5 d.
+TEST(Simulation, AHeldPatchFollowsTheHandByFourFifths) {
+    Scene scene = sphere_scene();
+    scene.material.surface = 0;
+    Simulation body(scene);
+    body.apply(Grab{{0, 0, 1}, 0.4});
+    body.advance();
+    EXPECT_EQ(body.hand_force()->newton, Vector(Vector::Zero())) << "taking hold does nothing yet";
+    const Vector from = mean_place(*body.hand_force(), body.state()), way(0.01, 0.02, 0.03);
+    body.apply(Drag{way});
+    double largest = 0;
+    for (int n = 0; n < 300; ++n) {
+        body.advance();
+        largest = std::max(largest, (mean_place(*body.hand_force(), body.state()) - from).norm());
+    }
+    const Vector moved = mean_place(*body.hand_force(), body.state()) - from;
+    EXPECT_LT((moved - 0.8 * way).norm(), 1e-4 * way.norm());
+    EXPECT_LT(largest, 1.1 * way.norm()) << "it must not overshoot much";
+    // Refined under the hand, the force goes on as it was.
+    const Vector force = body.hand_force()->newton;
+    body.apply(RefineNear{{0, 0, 1}, 0.5});
+    EXPECT_EQ(body.hand_force()->newton, force);
+    body.advance();
+    EXPECT_LT((body.hand_force()->newton - force).norm(), 0.05 * force.norm());
+    body.apply(Release{});
+    EXPECT_EQ(body.hand_force(), nullptr);
+    for (int n = 0; n < 300; ++n) body.advance();
+    for (std::size_t i = 0; i < body.body().vertices(); ++i)
+        EXPECT_LT((body.state().x[i] - body.body().rest.positions[i]).norm(), 1e-6);
+}
+
+TEST(Simulation, TheSceneItSavesGivesTheSameBody) {
+    Simulation body(sphere_scene());
+    body.apply(Tune{material(0.1, 20, 0.5, 0.7)});
+    body.apply(SetScheme{Scheme::B});
+    body.apply(Gravity{{1, -2, 3}});
+    body.apply(PinAt{{{0, -1, 0}, {0, 1, 0}}});
+    const Simulation again(scene_from_text(to_toml(body.scene()), "saved"));
+    EXPECT_EQ(again.loads().gravity, Vector(1, -2, 3));
+    EXPECT_EQ(again.loads().pins.size(), 2u);
+    for (std::size_t i = 0; i < body.body().vertices(); ++i) {
+        EXPECT_NEAR(again.body().m[i], body.body().m[i], 1e-12 * body.body().m[i]);
+        EXPECT_NEAR(again.body().K[i], body.body().K[i], 1e-12 * body.body().K[i]);
+    }
+}
+
+TEST(Camera, ARayThroughWhereAPointIsSeenMeetsIt) {
+    Camera camera;
+    fit(camera, {-1, -2, -3}, {4, 2, 1});
+    orbit(camera, 33, -20);
+    zoom(camera, 1.7);
+    for (double aspect : {0.5, 1.0, 1.8}) {
+        pan(camera, 0.1, -0.2, aspect);
+        for (const Vector& p : {Vector(0, 0, 0), Vector(1, -1, 0.5), Vector(-0.5, 1, -2)}) {
+            const Eigen::Vector4d clip =
+                camera.projection(aspect) * camera.view() * Eigen::Vector4d(p.x(), p.y(), p.z(), 1);
+            const Ray ray = camera.ray(clip.x() / clip.w(), clip.y() / clip.w(), aspect);
+            EXPECT_LT(ray.along.cross(p - ray.from).norm(), 1e-12);
+            EXPECT_LT(std::abs(clip.z() / clip.w()), 1);
+        }
+    }
+}
+
+TEST(Camera, FirstHitIsTheNearSideOfASphere) {
+    const SurfaceMesh mesh = make_shape("icosphere:vertices=10000");
+    Camera camera;
+    fit(camera, {-1, -1, -1}, {1, 1, 1});
+    const auto hit = first_hit(camera.ray(0, 0, 1), mesh.positions, mesh.triangles);
+    ASSERT_TRUE(hit);
+    EXPECT_NEAR(hit->distance, camera.distance - 1, 2e-3);
+    EXPECT_LT((hit->point - camera.back()).norm(), 2e-3);
+    EXPECT_NEAR(hit->barycentric.sum(), 1, 1e-12);
+    EXPECT_FALSE(first_hit(camera.ray(0.99, 0.99, 1), mesh.positions, mesh.triangles));
+}
+
+TEST(Camera, OptionsSayWhatIsWrong) {
+    EXPECT_EQ(parse_camera("-30,15").azimuth, -30);
+    EXPECT_EQ(parse_camera("30,15,2.5").zoom, 2.5);
+    for (const char* text : {"", "1", "1,", "1,2,", "1,2,3,4", "a,b", "1,91", "1,2,0", "nan,1"})
+        EXPECT_THROW(parse_camera(text), InputError) << text;
+}
+
+TEST(TripleBuffer, ShowsWholeThingsInOrder) {
+    TripleBuffer<std::array<std::uint64_t, 64>> buffer;
+    constexpr std::uint64_t last = 200000;
+    std::thread writer([&] {
+        for (std::uint64_t n = 1; n <= last; ++n) {
+            buffer.back().fill(n);
+            buffer.publish();
+        }
+    });
+    std::uint64_t seen = 0;
+    while (seen < last) {
+        if (!buffer.update()) continue;
+        const auto& now = buffer.front();
+        ASSERT_GT(now.front(), seen);
+        for (std::uint64_t v : now) ASSERT_EQ(v, now.front());
+        seen = now.front();
+    }
+    writer.join();
+}
+
+namespace {
+
+/// Until a snapshot says so; false after ten seconds.
+template <class Condition>
+bool wait(Session& session, Condition condition) {
+    for (int n = 0; n < 10000; ++n) {
+        session.update();
+        if (condition(session.latest())) return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+}
+
+}  // namespace
+
+TEST(Session, KeepsThePaceOfTheClock) {
+    Session session(std::make_unique<Rig>(std::vector{sphere_scene()}));
+    // A busy machine may be late for a while; a clock that runs wrong never agrees.
+    ASSERT_TRUE(wait(session, [](const Snapshot& s) { return std::abs(s.real_time_factor - 1) < 0.05; }));
+    session.set_speed(0.2);
+    const double from = session.latest().time;
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    session.update();
+    EXPECT_LT(session.latest().time - from, 0.4) << "slow motion";
+}
+
+TEST(Session, PausesStepsAndTakesCommandsWhilePaused) {
+    Session session(std::make_unique<Rig>(std::vector{sphere_scene()}));
+    session.pause(true);
+    ASSERT_TRUE(wait(session, [](const Snapshot& s) { return s.paused; }));
+    const auto ticks = session.latest().ticks;
+    for (int n = 0; n < 3; ++n) session.single_step();
+    ASSERT_TRUE(wait(session, [&](const Snapshot& s) { return s.ticks == ticks + 3; }));
+    session.send(RefineNear{{0, 0, 1}, 0.5});
+    ASSERT_TRUE(wait(session, [&](const Snapshot& s) { return s.bodies[0].u.size() > 400; }));
+    EXPECT_EQ(session.latest().bodies[0].u.size(), session.latest().bodies[0].surface->rest.size());
+    EXPECT_EQ(session.latest().ticks, ticks + 3);
+    session.send(Tune{material(-1, 10)});
+    ASSERT_TRUE(
+        wait(session, [&](const Snapshot& s) { return s.message.find("mass") != std::string::npos; }));
+}
+
+TEST(Open, SaysWhatIsWrong) {
+    for (const char* what : {"spere", "missing.stl", "missing.toml", "sphere:vertices=3"})
+        EXPECT_THROW(open_rig({{what}}), InputError) << what;
+    EXPECT_THROW(open_rig({{"sphere", "breast", "torus"}}), InputError);
+    EXPECT_EQ(open_rig({{"sphere:vertices=100", "breast:vertices=100"}})->size(), 2u);
+    const auto both = open_rig({{"breast:vertices=200"}, {}, {Scheme::B, Scheme::C}});
+    EXPECT_EQ((*both)[0].body().scheme, Scheme::B);
+    EXPECT_EQ((*both)[1].body().scheme, Scheme::C);
+}
