@@ -135,7 +135,17 @@ BENCHMARK_CAPTURE(millisecond, symplectic, Integrator::symplectic)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 BENCHMARK_CAPTURE(balance, push, 0.0)
-    ->ArgsProduct({{642, 2562, 10242}, {1}})
+    ->ArgsProduct({{642, 2562, 10242, 40962, 163842}, {1}})
+    ->Args({163842, 2})
+    ->ArgNames({"vertices", "threads"})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(balance, press, -0.01)
+    ->ArgsProduct({{642, 2562, 10242, 40962, 163842}, {1}})
+    ->Args({163842, 2})
+    ->ArgNames({"vertices", "threads"})
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(balance, light_press, -1e-4)
+    ->ArgsProduct({{642, 2562, 10242, 40962, 163842}, {1}})
     ->ArgNames({"vertices", "threads"})
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(balance, pull, 0.01)
