@@ -88,7 +88,7 @@ struct Problem : Minimand {
         return motion ? pq + motion->add_to(p, pinned, q) : pq;
     }
 
-    double precondition(const Field& r, Field& z) override { return inverse->apply(r, z); }
+    double precondition(const Field& r, Field& z) override { return inverse->apply(r, z, team); }
 
     void settle(Field& x) override {
         if (!body.free) net.settle(x, body.K, place, pinned);  // the places of a free body move with it

@@ -126,7 +126,7 @@ double ImplicitSolver::multiply(const Field& p, Field& q) {
 }
 
 double ImplicitSolver::precondition(const Field& r, Field& z) {
-    return inverse_.apply(r, z);
+    return inverse_.apply(r, z, *team_);
 }
 
 void ImplicitSolver::settle(Field& x) {
@@ -145,7 +145,7 @@ double ImplicitSolver::direction(const Field& gradient) {
         alpha[age] = pair(age).inverse * dot(pair(age).s, q_);
         add(-alpha[age], pair(age).y, q_);
     }
-    inverse_.apply(*q, direction_);
+    inverse_.apply(*q, direction_, *team_);
     for (std::size_t age = kept_; age-- > 0;)
         add(alpha[age] - pair(age).inverse * dot(pair(age).y, direction_), pair(age).s, direction_);
     for (Vector& v : direction_) v = -v;

@@ -52,33 +52,44 @@ void Preconditioner::turn(const Body& body, const Eigen::Matrix3d& R) {
 }
 
 template <class Real>
-double Preconditioner::run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w) const {
+double Preconditioner::run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w,
+                           Team& team) const {
     const Dissection& tree = factor_.tree();
-    const std::size_t n = r.size();
+    const std::size_t n = r.size(), blocks = block_count(n);
     w.resize(factor_.solve_size(), Real(0));
-    double largest = 0;
-    for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, r[i].cwiseAbs().maxCoeff());
+    blocks_.assign(blocks, 0);
+    const auto each_block = [&](auto&& visit) {
+        team.run(blocks, [&](std::size_t block) {
+            double value = 0;
+            for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
+                visit(i, value);
+            blocks_[block] = value;
+        });
+    };
+    each_block([&](std::size_t i, double& most) { most = std::max(most, r[i].cwiseAbs().maxCoeff()); });
+    double largest = *std::max_element(blocks_.begin(), blocks_.end());
     if (!(largest > 0)) largest = 1;
     const double down = 1 / largest, up = largest * factor_.scale();
-    for (std::size_t i = 0; i < n; ++i) {
+    each_block([&](std::size_t i, double&) {
         const Vector v = r[i] - normal_[i].dot(r[i]) * normal_[i];
         Real* to = &w[4 * std::size_t(tree.place_of[i])];
         to[0] = Real(v.x() * down), to[1] = Real(v.y() * down), to[2] = Real(v.z() * down);
-    }
+    });
     factor_.solve(w.data());
-    double sum = 0;
-    for (std::size_t i = 0; i < n; ++i) {
+    each_block([&](std::size_t i, double& sum) {
         const Real* from = &w[4 * std::size_t(tree.place_of[i])];
         Vector v(up * double(from[0]), up * double(from[1]), up * double(from[2]));
         v += (normal_[i].dot(r[i]) * compliance_[i] - normal_[i].dot(v)) * normal_[i];
         sum += v.dot(r[i]);
         z[i] = v;
-    }
+    });
+    double sum = 0;
+    for (double block : blocks_) sum += block;
     return sum;
 }
 
-double Preconditioner::apply(const std::vector<Vector>& r, std::vector<Vector>& z) const {
-    return factor_.in_float() ? run(r, z, float_work_) : run(r, z, double_work_);
+double Preconditioner::apply(const std::vector<Vector>& r, std::vector<Vector>& z, Team& team) const {
+    return factor_.in_float() ? run(r, z, float_work_, team) : run(r, z, double_work_, team);
 }
 
 }  // namespace innerspring

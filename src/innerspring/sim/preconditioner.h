@@ -27,21 +27,21 @@ class Preconditioner {
     /// The normals at rest turned by R.
     void turn(const Body& body, const Eigen::Matrix3d& R);
 
-    /// z from r; both zero where pinned. Returns r . z.
-    double apply(const std::vector<Vector>& r, std::vector<Vector>& z) const;
+    /// z from r; both zero where pinned. Returns r . z, the same bits for any number of threads.
+    double apply(const std::vector<Vector>& r, std::vector<Vector>& z, Team& team) const;
 
     const Factor& factor() const { return factor_; }
 
   private:
     template <class Real>
-    double run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w) const;
+    double run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w, Team& team) const;
     void find_normals(const Body& body);
 
     Factor factor_;
     std::vector<Vector> rest_normal_, normal_;
     std::vector<double> compliance_;  ///< 1 / D_i [m/N]
     mutable std::vector<float> float_work_;
-    mutable std::vector<double> double_work_;
+    mutable std::vector<double> double_work_, blocks_;
 };
 
 }  // namespace innerspring
