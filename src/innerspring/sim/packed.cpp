@@ -18,7 +18,7 @@ constexpr std::size_t sorting_window = 256;
 constexpr std::size_t slices_per_block = block_size / slice_width;
 
 /// Fewer vertices than this are stepped by one thread: waking the others costs more (docs/performance.md).
-constexpr std::size_t threads_pay_from = 2048;
+constexpr std::size_t threads_pay_from = 1000;
 
 /// Numbers so small that they have lost bits are taken as 0: they would slow every operation down a
 /// hundredfold.
