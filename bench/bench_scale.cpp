@@ -7,9 +7,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -52,11 +52,8 @@ void reset_rss_peak() {
     std::ofstream("/proc/self/clear_refs") << "5";
 }
 
-/// Of this process, the system's work for it included: what others do on the machine shows less.
-double cpu_seconds() {
-    timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 struct Phase {
@@ -76,9 +73,9 @@ struct Way {
         if (next == phases.size()) phases.push_back({name, counts});
         Phase& phase = phases[next++];
         reset_heap_peak();
-        const double start = cpu_seconds();
+        const double start = now();
         auto result = action();
-        phase.seconds = std::min(phase.seconds, cpu_seconds() - start);
+        phase.seconds = std::min(phase.seconds, now() - start);
         phase.peak = std::max(phase.peak, double(heap_peak() - before));
         return result;
     }
@@ -138,7 +135,7 @@ void append(const std::string& csv, const std::string& rows) {
 
 void run(const Options& o) {
     fmt::print("innerspring {}; {}, {} cores; {}; {}\n", version, processor(), cores(), compiler(), today());
-    fmt::print("processor time of one thread, least of {} rounds\n", o.rounds);
+    fmt::print("wall time, medial radii on all cores; the least of {} rounds\n", o.rounds);
     const auto folder = std::filesystem::temp_directory_path() / fmt::format("bench_scale.{}", getpid());
     std::filesystem::create_directories(folder);
     for (const std::string& shape : o.shapes)

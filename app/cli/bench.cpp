@@ -12,12 +12,12 @@
 #include "innerspring/mesh/check.h"
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/shapes.h"
+#include "innerspring/mesh/team.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/sim/measure.h"
 #include "innerspring/sim/packed.h"
 #include "innerspring/sim/stability.h"
 #include "innerspring/sim/step.h"
-#include "innerspring/sim/team.h"
 #include "innerspring/version.h"
 #include "options.h"
 

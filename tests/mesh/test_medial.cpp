@@ -53,6 +53,12 @@ double gravity_volume_change(const SurfaceMesh& mesh, const std::vector<double>&
     return change;
 }
 
+TEST(Medial, ThreadsDoNotChangeABit) {
+    const SurfaceMesh mesh = make_shape("organ:vertices=12000");
+    const std::vector<double> alone = medial_radii(mesh, {.threads = 1});
+    for (int threads : {0, 2, 3}) EXPECT_EQ(medial_radii(mesh, {.threads = threads}), alone);
+}
+
 /// Neighbours help each other, but who comes first must not matter: with few vertices to the search's own
 /// tolerance, with many to what the points left out can hide.
 TEST(Medial, TheOrderOfVerticesDoesNotMatter) {

@@ -8,6 +8,7 @@
 #include "innerspring/mesh/beam.h"
 #include "innerspring/mesh/curve_order.h"
 #include "innerspring/mesh/geometry.h"
+#include "innerspring/mesh/team.h"
 
 namespace innerspring {
 
@@ -296,54 +297,72 @@ std::vector<double> medial_radii(const SurfaceMesh& mesh, const MedialOptions& o
     const auto [lower, upper] = bounding_box(x);
     const double largest = (upper - lower).norm();
     if (!(largest > 0)) return std::vector<double>(x.size(), 1.0);
-    const std::vector<Vector> normals = sphere_exact_normals(mesh);
-    const std::vector<Level> levels = build_levels(mesh.positions, lower, largest);
-    const BoxTree tree = triangle_tree(mesh);
+    // Waking others is not worth it for a few.
+    Team team(x.size() < 8000 ? 1 : options.threads);
+    std::vector<Vector> normals;
+    std::vector<Level> levels;
+    BoxTree tree;
+    team.run(2, [&, low = lower](std::size_t part) {
+        if (part == 0)
+            levels = build_levels(mesh.positions, low, largest);
+        else
+            normals = sphere_exact_normals(mesh), tree = triangle_tree(mesh);
+    });
     // Where triangles fold onto each other or touch, the ball may vanish: no mesh tells lengths so far below
     // its own spacing.
     constexpr double least_over_spacing = 0.1;
     const std::vector<double> areas = vertex_areas(x, mesh.triangles);
     const double least_sine = std::sin(options.denoising_angle / 2);
     std::vector<double> radii(x.size());
-    std::vector<Ball> balls;
-    std::vector<Index> vertices;
-    Candidates candidates;
-    Beam beam;
     constexpr std::size_t rays_in_beam = 16;
     const double longest = 2 * largest / 1.2;
-    Index hit = no_index;
-    for (const auto& [first, last] : groups(levels[0].tree, 256)) {
-        balls.clear(), vertices.clear();
+    struct Scratch {
+        std::vector<Ball> balls;
+        std::vector<Index> vertices;
+        Candidates candidates;
+        Beam beam;
+    };
+    const auto find_radii = [&](Index first, Index last, Scratch& w) {
+        w.balls.clear(), w.vertices.clear();
         for (Index slot = first; slot < last; ++slot) {
             const Index i = levels[0].tree.items[slot];
             if (normals[i].squaredNorm() > 0)
-                vertices.push_back(i);
+                w.vertices.push_back(i);
             else
                 radii[i] = nearest_distance(levels[0], x[i]);
         }
-        for (std::size_t n = 0; n < vertices.size(); ++n) {
-            const Index i = vertices[n];
+        Index hit = no_index;
+        for (std::size_t n = 0; n < w.vertices.size(); ++n) {
+            const Index i = w.vertices[n];
             if (n % rays_in_beam == 0) {
-                beam.clear();
-                for (std::size_t k = n; k < std::min(n + rays_in_beam, vertices.size()); ++k)
-                    beam.add(x[vertices[k]], -normals[vertices[k]]);
-                beam.find(tree, longest);
+                w.beam.clear();
+                for (std::size_t k = n; k < std::min(n + rays_in_beam, w.vertices.size()); ++k)
+                    w.beam.add(x[w.vertices[k]], -normals[w.vertices[k]]);
+                w.beam.find(tree, longest);
             }
             // The ball cannot be thicker than the solid is here. A little more to begin with, so that where
             // the vertices are dense enough to tell, they do; where they are not (thin and coarse), half the
             // thickness it is.
             Ray ray(mesh, i, -normals[i], longest);
             if (hit != no_index) ray.look_at(hit);
-            for (Index node : beam.nodes) ray.look_at(tree, node);
+            for (Index node : w.beam.nodes) ray.look_at(tree, node);
             hit = ray.hit;
             radii[i] = ray.length / 2;
-            balls.emplace_back(x[i], normals[i], least_sine, 0.6 * ray.length);
+            w.balls.emplace_back(x[i], normals[i], least_sine, 0.6 * ray.length);
         }
-        if (balls.empty()) continue;
-        shrink_together(levels, balls, candidates);
-        for (std::size_t n = 0; n < balls.size(); ++n)
-            if (balls[n].radius < 0.6 * 2 * radii[vertices[n]]) radii[vertices[n]] = balls[n].radius;
-    }
+        if (w.balls.empty()) return;
+        shrink_together(levels, w.balls, w.candidates);
+        for (std::size_t n = 0; n < w.balls.size(); ++n)
+            if (w.balls[n].radius < 0.6 * 2 * radii[w.vertices[n]]) radii[w.vertices[n]] = w.balls[n].radius;
+    };
+    // Groups by themselves, some at a time.
+    const std::vector<std::pair<Index, Index>> all = groups(levels[0].tree, 256);
+    constexpr std::size_t at_a_time = 16;
+    team.run((all.size() + at_a_time - 1) / at_a_time, [&](std::size_t block) {
+        Scratch scratch;
+        for (std::size_t g = block * at_a_time; g < std::min(all.size(), (block + 1) * at_a_time); ++g)
+            find_radii(all[g].first, all[g].second, scratch);
+    });
     for (std::size_t i = 0; i < x.size(); ++i)
         radii[i] =
             std::clamp(radii[i], std::max(least_over_spacing * std::sqrt(areas[i]), 1e-9 * largest), largest);

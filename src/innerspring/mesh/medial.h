@@ -6,6 +6,7 @@ namespace innerspring {
 struct MedialOptions {
     double denoising_angle = 0.43633231299858238;  ///< [rad] (25 degrees): a ball whose two touching points
                                                    ///< are seen closer than this stops shrinking
+    int threads = 0;                               ///< 0: all cores; any number gives the same bits
 };
 
 /// Per vertex the radius [m] of the largest ball inside the surface that touches it there: shrinking-ball

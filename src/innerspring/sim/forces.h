@@ -3,8 +3,8 @@
 #include <span>
 
 #include "innerspring/body/body.h"
+#include "innerspring/mesh/team.h"
 #include "innerspring/sim/loads.h"
-#include "innerspring/sim/team.h"
 
 namespace innerspring {
 

@@ -3,9 +3,9 @@
 #include <span>
 
 #include "innerspring/body/refine.h"
+#include "innerspring/mesh/team.h"
 #include "innerspring/sim/large_pages.h"
 #include "innerspring/sim/state.h"
-#include "innerspring/sim/team.h"
 #include "innerspring/sim/vector_kernels.h"
 
 namespace innerspring {

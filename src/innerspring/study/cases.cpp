@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "innerspring/sim/team.h"
+#include "innerspring/mesh/team.h"
 
 namespace innerspring {
 

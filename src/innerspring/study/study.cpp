@@ -7,9 +7,9 @@
 
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/nearest_name.h"
+#include "innerspring/mesh/team.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/record/plot.h"
-#include "innerspring/sim/team.h"
 
 namespace innerspring {
 

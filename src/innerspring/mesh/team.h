@@ -1,6 +1,7 @@
 #pragma once
 #include <atomic>
 #include <cstddef>
+#include <exception>
 #include <thread>
 #include <type_traits>
 #include <vector>
@@ -18,7 +19,8 @@ class Team {
 
     int threads() const { return int(workers_.size()) + 1; }
 
-    /// Calls loop(block) for every block in [0, blocks) and returns when all are done. `loop` must not throw.
+    /// Calls loop(block) for every block in [0, blocks) and returns when all are done. What a call throws
+    /// ends its thread's share and is thrown on here, the first of them.
     template <class Loop>
     void run(std::size_t blocks, Loop&& loop) {
         run_erased(blocks, const_cast<void*>(static_cast<const void*>(&loop)),
@@ -31,12 +33,14 @@ class Team {
     using Call = void (*)(void*, std::size_t);
     void run_erased(std::size_t blocks, void* loop, Call call);
     void work(std::size_t rank);
-    void share(std::size_t rank) const;
+    void share(std::size_t rank);
 
     std::vector<std::thread> workers_;
     std::atomic<unsigned> round_{0};
     std::atomic<unsigned> busy_{0};
     std::atomic<bool> stop_{false};
+    std::atomic<bool> failed_{false};
+    std::exception_ptr error_;
     std::size_t blocks_ = 0;
     void* loop_ = nullptr;
     Call call_ = nullptr;

@@ -1,6 +1,7 @@
-#include "innerspring/sim/team.h"
+#include "innerspring/mesh/team.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace innerspring {
 
@@ -38,10 +39,14 @@ Team::~Team() {
     for (std::thread& worker : workers_) worker.join();
 }
 
-void Team::share(std::size_t rank) const {
+void Team::share(std::size_t rank) {
     const std::size_t n = workers_.size() + 1;
-    for (std::size_t block = blocks_ * rank / n; block < blocks_ * (rank + 1) / n; ++block)
-        call_(loop_, block);
+    try {
+        for (std::size_t block = blocks_ * rank / n; block < blocks_ * (rank + 1) / n; ++block)
+            call_(loop_, block);
+    } catch (...) {
+        if (!failed_.exchange(true)) error_ = std::current_exception();
+    }
 }
 
 void Team::work(std::size_t rank) {
@@ -68,6 +73,7 @@ void Team::run_erased(std::size_t blocks, void* loop, Call call) {
     for (unsigned left = busy_.load(std::memory_order_acquire); left != 0;
          left = busy_.load(std::memory_order_acquire))
         wait_while(busy_, left);
+    if (failed_.exchange(false)) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
 }  // namespace innerspring

@@ -1,4 +1,4 @@
-#include "innerspring/sim/team.h"
+#include "innerspring/mesh/team.h"
 
 #include <gtest/gtest.h>
 
@@ -53,6 +53,22 @@ TEST(Team, BlocksCoverAllVertices) {
     EXPECT_EQ(block_count(1), 1u);
     EXPECT_EQ(block_count(block_size), 1u);
     EXPECT_EQ(block_count(block_size + 1), 2u);
+}
+
+TEST(Team, ThrowsOnWhatACallThrows) {
+    for (int threads : {1, 2, 3}) {
+        Team team(threads);
+        for (int round = 0; round < 20; ++round) {
+            EXPECT_THROW(team.run(10,
+                                  [](std::size_t block) {
+                                      if (block % 3 == 1) throw std::bad_alloc();
+                                  }),
+                         std::bad_alloc);
+            std::atomic<int> calls{0};
+            team.run(10, [&](std::size_t) { ++calls; });
+            EXPECT_EQ(calls, 10);
+        }
+    }
 }
 
 }  // namespace
