@@ -91,7 +91,7 @@ ValueRange range_of(std::span<const Drawn> drawn, ColourBy colour) {
     if (low > high) return {};
     if (colour == ColourBy::displacement || colour == ColourBy::contact) low = 0;
     const double size = std::max(std::abs(low), std::abs(high));
-    if (size < 1e-280) return {0, 1};
+    if (size < 1e-280) return {0, 1, true};
     if (high - low < 1e-6 * size) return {low - 0.5 * size, high + 0.5 * size};
     return {low, high};
 }

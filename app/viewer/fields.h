@@ -19,6 +19,7 @@ std::string_view meaning_of(ColourBy colour);  ///< one line
 
 struct ValueRange {
     double low = 0, high = 0;  ///< equal: nothing is coloured
+    bool zero = false;         ///< there was nothing but zeros
 };
 
 /// A body ready to be drawn.

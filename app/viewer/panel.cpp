@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -163,8 +164,8 @@ void draw_look(PanelState& state) {
 }
 
 void draw_help(PanelState& state, const Box2& box, double s) {
-    ImGui::SetNextWindowPos({float(box.x / 2), float(box.y + box.height / 2)}, ImGuiCond_Always,
-                            {0.5f, 0.5f});
+    ImGui::SetNextWindowPos({float(std::max(box.x / 2, 262 * s)), float(box.y + box.height / 2)},
+                            ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::SetNextWindowSize({float(520 * s), 0});
     if (ImGui::Begin("Keys and mouse", &state.help,
                      ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove))
@@ -193,7 +194,7 @@ std::span<const Shortcut> shortcuts() {
                                        {"B again", "a capsule; a ball"},
                                        {"R  C", "refine, coarsen under the pointer"},
                                        {"1  2  3", "scheme A, B, C"},
-                                       {"X", "of two: both, left, right for scheme and sliders"},
+                                       {"X", "of two: scheme, sliders of both or one"},
                                        {"G", "gravity on and off"},
                                        {"Space  .", "pause; one step"},
                                        {"Backspace  Z", "reset; undo"},
