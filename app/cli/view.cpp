@@ -122,7 +122,7 @@ Command add_view(CLI::App& program) {
     app->add_option("--compare", a->compare, "the body twice, in two schemes side by side, as in B,C")
         ->type_name("S,S");
     app->add_option("--colour,--color", a->colour,
-                    "plain, displacement, m, K, strain, pressure or spacing (default displacement)")
+                    "plain, displacement, m, K, strain, pressure, contact or spacing (default displacement)")
         ->type_name("NAME");
     app->add_option("--camera", a->camera,
                     "from where: azimuth, elevation [degree] and zoom [1] (default 30,20,1)")

@@ -78,6 +78,11 @@ struct ToLine {
     std::string operator()(const Push& c) const {
         return fmt::format("push {} {} {}", text_of(c.near), c.radius, text_of(c.newton));
     }
+    std::string operator()(const Touch& c) const {
+        return fmt::format("touch {} {} {} {} {}", c.radius, c.length, c.friction, text_of(c.at),
+                           text_of(c.axis));
+    }
+    std::string operator()(const MoveTool& c) const { return fmt::format("move {}", text_of(c.to)); }
     std::string operator()(const Release&) const { return "release"; }
     std::string operator()(const Tune& c) const {
         return fmt::format("tune {} {} {} {}", c.material.mass, c.material.young, c.material.surface,
@@ -116,6 +121,14 @@ Command parse_words(Words& words) {
         const double radius = words.positive("radius");
         return Push{near, radius, words.vector("force")};
     }
+    if (verb == "touch") {
+        Touch touch;
+        touch.radius = words.positive("radius");
+        touch.length = words.number("length"), touch.friction = words.number("friction");
+        touch.at = words.vector("place"), touch.axis = words.vector("axis");
+        return touch;
+    }
+    if (verb == "move") return MoveTool{words.vector("place")};
     if (verb == "release") return Release{};
     if (verb == "tune") {
         Material material;
@@ -164,7 +177,9 @@ std::string to_text(const Recording& recording) {
     std::string text = fmt::format("{}\nticks {}\nhash {:016x}\ninputs {}\n", heading, recording.ticks,
                                    recording.hash, recording.inputs.size());
     for (const Recording::Input& input : recording.inputs)
-        text += fmt::format("{} {}\n", input.tick, to_line(input.command));
+        text +=
+            fmt::format("{} {}{}\n", input.tick, input.body ? fmt::format("body {} ", *input.body + 1) : "",
+                        to_line(input.command));
     for (const Scene& scene : recording.scenes) text += fmt::format("scene\n{}", to_toml(scene));
     return text;
 }
@@ -202,7 +217,14 @@ Recording recording_from_text(std::string_view text, const std::string& name) {
             if (!recording.inputs.empty() && tick < recording.inputs.back().tick)
                 throw InputError(
                     fmt::format("step {} comes after step {}", tick, recording.inputs.back().tick));
-            recording.inputs.push_back({tick, parse_command(words.rest())});
+            std::optional<std::size_t> body;
+            if (words.rest().starts_with("body ")) {
+                words.word("body");
+                const std::uint64_t which = words.count("the body");
+                if (which != 1 && which != 2) throw InputError("expected body 1 or 2");
+                body = which - 1;
+            }
+            recording.inputs.push_back({tick, parse_command(words.rest()), body});
         }
         if (line() != "scene") throw InputError("expected 'scene'");
         if (!recording.inputs.empty() && recording.inputs.back().tick > recording.ticks)

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -29,7 +30,19 @@ struct Push {
     double radius = 0;               ///< of influence [m]
     Vector newton = Vector::Zero();  ///< [N]
 };
-/// Ends a grab or a push.
+/// A ball, or a capsule where `length` is not 0, that touches the body and stays until it is released.
+struct Touch {
+    double radius = 0;              ///< [m]
+    double length = 0;              ///< [m] of a capsule's axis, without the round ends
+    double friction = 0;            ///< Coulomb's coefficient [1]
+    Vector at = Vector::Zero();     ///< its middle [m]
+    Vector axis = Vector::UnitZ();  ///< of a capsule
+};
+/// Where its middle is to go.
+struct MoveTool {
+    Vector to = Vector::Zero();  ///< [m]
+};
+/// Ends a grab, a push or a touch.
 struct Release {};
 /// Another material: mass, young, surface, damping.
 struct Tune {
@@ -58,8 +71,8 @@ struct Reset {};
 /// Everything as before the last command that changed the body, the loads or the material.
 struct Undo {};
 
-using Command = std::variant<Gravity, Grab, Drag, Push, Release, Tune, SetScheme, RefineNear, CoarsenNear,
-                             PinAt, Unpin, Reset, Undo>;
+using Command = std::variant<Gravity, Grab, Drag, Push, Touch, MoveTool, Release, Tune, SetScheme, RefineNear,
+                             CoarsenNear, PinAt, Unpin, Reset, Undo>;
 
 /// One line, "push 0 0 1 0.3 0 0 -0.02"; reads back to the same bits.
 std::string to_line(const Command& command);
@@ -72,6 +85,7 @@ struct Recording {
     struct Input {
         std::uint64_t tick = 0;  ///< steps taken before, of all since the beginning
         Command command;
+        std::optional<std::size_t> body{};  ///< the only one it is for
     };
     std::vector<Scene> scenes;
     std::vector<Input> inputs;  ///< in order

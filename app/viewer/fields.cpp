@@ -23,6 +23,7 @@ const Name& name_of(ColourBy colour) {
         {"K", "inner spring K [N/m]", "Eq. 3"},
         {"strain", "surface strain [%]", "change of the area around each vertex"},
         {"pressure", "pressure [Pa]", "what the inner spring bears, K (h - x).n / A"},
+        {"contact", "contact pressure [Pa]", "what tools press with, normal force over the vertex's area"},
         {"spacing", "length of edges at rest [m]", "short where the surface was refined"}};
     return names[std::size_t(colour)];
 }
@@ -69,6 +70,10 @@ void make_drawn(const BodySnapshot& body, ColourBy colour, Drawn& drawn) {
         drawn.values = vertex_areas(drawn.x, s.triangles);
         for (std::size_t i = 0; i < n; ++i) drawn.values[i] = 100 * (drawn.values[i] / s.area[i] - 1);
     }
+    if (colour == ColourBy::contact && body.simulated) {
+        drawn.values.assign(n, 0);
+        for (const auto& [vertex, pascal] : body.pressed) drawn.values[vertex] = pascal;
+    }
     if (colour == ColourBy::pressure && !s.K.empty()) {
         drawn.values.resize(n);
         for (std::size_t i = 0; i < n; ++i) {
@@ -84,9 +89,9 @@ ValueRange range_of(std::span<const Drawn> drawn, ColourBy colour) {
         for (double v : d.values)
             if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
     if (low > high) return {};
-    if (colour == ColourBy::displacement) low = 0;
+    if (colour == ColourBy::displacement || colour == ColourBy::contact) low = 0;
     const double size = std::max(std::abs(low), std::abs(high));
-    if (size < 1e-280) return {0, 1};
+    if (size < 1e-280) return {0, 1, true};
     if (high - low < 1e-6 * size) return {low - 0.5 * size, high + 0.5 * size};
     return {low, high};
 }

@@ -7,10 +7,10 @@
 namespace innerspring::viewer {
 
 /// What the colours of a body say.
-enum class ColourBy { plain, displacement, mass, stiffness, strain, pressure, spacing };
+enum class ColourBy { plain, displacement, mass, stiffness, strain, pressure, contact, spacing };
 inline constexpr ColourBy all_colours[] = {ColourBy::plain,     ColourBy::displacement, ColourBy::mass,
                                            ColourBy::stiffness, ColourBy::strain,       ColourBy::pressure,
-                                           ColourBy::spacing};
+                                           ColourBy::contact,   ColourBy::spacing};
 
 std::string_view to_string(ColourBy colour);   ///< "displacement"
 ColourBy parse_colour(std::string_view text);  ///< throws InputError with the names there are
@@ -19,6 +19,7 @@ std::string_view meaning_of(ColourBy colour);  ///< one line
 
 struct ValueRange {
     double low = 0, high = 0;  ///< equal: nothing is coloured
+    bool zero = false;         ///< there was nothing but zeros
 };
 
 /// A body ready to be drawn.
@@ -29,7 +30,7 @@ struct Drawn {
 };
 void make_drawn(const BodySnapshot& body, ColourBy colour, Drawn& drawn);
 
-/// Of all bodies, from 0 for displacements; a little room around a constant.
+/// Of all bodies, from 0 for displacements and contact; a little room around a constant.
 ValueRange range_of(std::span<const Drawn> drawn, ColourBy colour);
 
 }  // namespace innerspring::viewer

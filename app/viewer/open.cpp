@@ -25,6 +25,9 @@ Scene scene_of(const std::string& what, const std::function<void(Scene&)>& adjus
     std::error_code ignored;
     if (!is_shape(scene.mesh) && std::filesystem::exists(scene.mesh, ignored))
         scene.mesh = std::filesystem::absolute(scene.mesh).string();
+    for (SceneTool& tool : scene.tools)
+        if (!tool.mesh.empty() && !is_shape(tool.mesh))
+            tool.mesh = std::filesystem::absolute(tool.mesh, ignored).string();
     // What was adjusted must hold as much as what a file says.
     return scene_from_text(to_toml(scene), what);
 }

@@ -47,7 +47,36 @@ void draw_legend(ImDrawList& list, ColourBy colour, const ValueRange& range, con
     text(list, box.x + box.width - 10 * s, top - 17 * s, name, 1);
 }
 
+/// The force of each tool at the tail of its arrow.
+void draw_forces(ImDrawList& list, const BodySnapshot& body, const Camera& camera, const Box2& box,
+                 double s) {
+    for (const TouchingTool& tool : body.tools) {
+        const double newton = tool.newton.norm();
+        if (!(newton > 0)) continue;
+        const auto [x0, y0] = project(camera, box, tool.place);
+        const auto [x1, y1] =
+            project(camera, box, tool.place - arrow_length(body, newton) / newton * tool.newton);
+        const std::string words = fmt::format("{:.3g} N", newton);
+        const ImVec2 size = ImGui::CalcTextSize(words.c_str());
+        // Beyond the tail, beside the arrow where that points at the eye.
+        const double wide = size.x / 2 + 4 * s, tall = size.y / 2 + 2 * s,
+                     seen = std::hypot(x1 - x0, y1 - y0);
+        const double x = x1 + (seen > 1 ? (x1 - x0) / seen : 0) * (wide + 8 * s),
+                     y = y1 + (seen > 1 ? (y1 - y0) / seen : -1) * (tall + 8 * s);
+        list.AddRectFilled({float(x - wide), float(y - tall)}, {float(x + wide), float(y + tall)},
+                           IM_COL32(250, 250, 250, 190));
+        text(list, x, y, words, 0.5);
+    }
+}
+
 }  // namespace
+
+std::array<double, 2> project(const Camera& camera, const Box2& box, const Vector& place) {
+    const Eigen::Vector4d clip = camera.projection(box.width / box.height) * camera.view() *
+                                 Eigen::Vector4d(place.x(), place.y(), place.z(), 1);
+    return {box.x + box.width * (clip.x() / clip.w() + 1) / 2,
+            box.y + box.height * (1 - clip.y() / clip.w()) / 2};
+}
 
 double round_length(double most) {
     const double power = std::pow(10, std::floor(std::log10(most)));
@@ -76,6 +105,11 @@ void draw_overlay(const Snapshot& snapshot, std::size_t n, ColourBy colour, cons
          fmt::format("t = {:.3f} s   volume {:+.4f} %", snapshot.time, body.volume_variation_percent));
     if (const double newton = force_sum(body); newton > 0)
         text(list, box.x + 12 * s, y += 17 * s, fmt::format("force {:.3g} N", newton));
+
+    for (const TouchingTool& tool : body.tools)
+        if (const double newton = tool.newton.norm(); newton > 0)
+            text(list, box.x + 12 * s, y += 17 * s, fmt::format("{} {:.3g} N", tool.tool.name, newton));
+    draw_forces(list, body, camera, box, s);
 
     const bool last = n + 1 == snapshot.bodies.size();
     if (last && colour != ColourBy::plain && range.low < range.high && box.width > 200 * s &&

@@ -13,6 +13,9 @@ struct Box2 {
 void draw_overlay(const Snapshot& snapshot, std::size_t body, ColourBy colour, const ValueRange& range,
                   const Camera& camera, const Box2& box, double scale);
 
+/// Where a point is seen [point].
+std::array<double, 2> project(const Camera& camera, const Box2& box, const Vector& place);
+
 /// A bar's length [m]: a round number at most `most`.
 double round_length(double most);
 /// "20 cm".

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -35,6 +36,11 @@ void draw_numbers(const Snapshot& snapshot) {
             fmt::format("{}, {} triangles", body.surface->rest.size(), body.surface->triangles.size()));
         row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
         row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
+        for (const TouchingTool& tool : body.tools)
+            row(fmt::format("tool {}", tool.tool.name).c_str(),
+                body.simulated ? fmt::format("{:.4g} N", tool.newton.norm()) : "");
+        if (!body.tools.empty() && body.simulated)
+            row("contact", fmt::format("{:.4g} Pa at most", most_pressure(body)));
         if (body.simulated) row("sub-steps", fmt::format("{}, {}", body.substeps, body.integrator));
     }
     if (!snapshot.bodies[0].simulated) return;
@@ -62,11 +68,20 @@ void draw_time(const Snapshot& snapshot, PanelActions& actions) {
 }
 
 void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
-    const BodySnapshot& body = snapshot.bodies[0];
+    const std::size_t count = snapshot.bodies.size();
+    if (count > 1) {
+        const char* const names[] = {"left", "right"};
+        if (ImGui::RadioButton("both", !state.body)) state.body.reset();
+        for (std::size_t n = 0; n < 2; ++n) {
+            ImGui::SameLine();
+            if (ImGui::RadioButton(names[n], state.body == n)) state.body = n;
+        }
+    }
+    const BodySnapshot& body = snapshot.bodies[state.body.value_or(0)];
     for (Scheme scheme : {Scheme::A, Scheme::B, Scheme::C}) {
         if (scheme != Scheme::A) ImGui::SameLine();
         const std::string name = fmt::format("scheme {}", to_string(scheme));
-        const bool now = snapshot.bodies.size() == 1 && body.scheme == scheme;
+        const bool now = (count == 1 || state.body) && body.scheme == scheme;
         if (ImGui::RadioButton(name.c_str(), now) && !now) actions.commands.push_back(SetScheme{scheme});
     }
     // The ends of the sliders depend on what the body was when they were taken.
@@ -102,8 +117,11 @@ void draw_gravity(const Snapshot& snapshot, PanelState& state, PanelActions& act
 }
 
 void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
-    const std::pair<Grip, const char*> grips[] = {
-        {Grip::hold, "hold"}, {Grip::push, "push"}, {Grip::refine, "refine"}, {Grip::lasso, "pin"}};
+    const std::pair<Grip, const char*> grips[] = {{Grip::hold, "hold"},
+                                                  {Grip::push, "push"},
+                                                  {Grip::touch, "ball"},
+                                                  {Grip::refine, "refine"},
+                                                  {Grip::lasso, "pin"}};
     for (const auto& [grip, name] : grips) {
         if (grip != Grip::hold) ImGui::SameLine();
         if (ImGui::RadioButton(name, state.grip == grip)) state.grip = grip;
@@ -111,8 +129,16 @@ void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actio
     const BodySnapshot& body = snapshot.bodies[0];
     const double R = body.surface->radius, unit = body.material.young * R * R;
     double radius = state.influence * R, push = state.push_share * unit;
-    if (slider("radius [m]", radius, 0.05 * R, R)) state.influence = radius / R;
-    if (slider("push [N]", push, 1e-4 * unit, unit)) state.push_share = push / unit;
+    if (state.grip == Grip::touch) {
+        double ball = state.ball.radius * R;
+        if (slider("radius [m]", ball, 0.05 * R, R)) state.ball.radius = ball / R;
+        float friction = float(state.ball.friction);
+        if (ImGui::SliderFloat("friction", &friction, 0, 2, "%.2f")) state.ball.friction = friction;
+        ImGui::Checkbox("as a capsule", &state.ball.capsule);
+    } else {
+        if (slider("radius [m]", radius, 0.05 * R, R)) state.influence = radius / R;
+        if (slider("push [N]", push, 1e-4 * unit, unit)) state.push_share = push / unit;
+    }
     if (!body.pinned.empty()) {
         if (ImGui::Button("let pins go")) actions.commands.push_back(Unpin{});
         ImGui::SameLine();
@@ -138,8 +164,8 @@ void draw_look(PanelState& state) {
 }
 
 void draw_help(PanelState& state, const Box2& box, double s) {
-    ImGui::SetNextWindowPos({float(box.x / 2), float(box.y + box.height / 2)}, ImGuiCond_Always,
-                            {0.5f, 0.5f});
+    ImGui::SetNextWindowPos({float(std::max(box.x / 2, 262 * s)), float(box.y + box.height / 2)},
+                            ImGuiCond_Always, {0.5f, 0.5f});
     ImGui::SetNextWindowSize({float(520 * s), 0});
     if (ImGui::Begin("Keys and mouse", &state.help,
                      ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoMove))
@@ -159,14 +185,16 @@ Vector gravity_of(const PanelState& state) {
 }
 
 std::span<const Shortcut> shortcuts() {
-    static constexpr Shortcut all[] = {{"left drag on the body", "the tool: hold, push, refine, pin"},
+    static constexpr Shortcut all[] = {{"left drag on the body", "the grip: hold, push, ball, refine, pin"},
                                        {"left drag beside it", "orbit"},
                                        {"right drag", "orbit"},
                                        {"middle drag, Shift+right", "pan"},
-                                       {"wheel", "zoom; while pushing: more or less force"},
-                                       {"H  P  F  L", "tool: hold, push, refine, pin (lasso)"},
+                                       {"wheel", "zoom; pushing: force; with the ball: depth"},
+                                       {"H  P  B  F  L", "hold, push, ball, refine, pin (lasso)"},
+                                       {"B again", "a capsule; a ball"},
                                        {"R  C", "refine, coarsen under the pointer"},
                                        {"1  2  3", "scheme A, B, C"},
+                                       {"X", "of two: scheme, sliders of both or one"},
                                        {"G", "gravity on and off"},
                                        {"Space  .", "pause; one step"},
                                        {"Backspace  Z", "reset; undo"},

@@ -7,7 +7,14 @@
 
 namespace innerspring::viewer {
 
-enum class Grip { hold, push, refine, lasso };
+enum class Grip { hold, push, touch, refine, lasso };
+
+/// The tool under the pointer.
+struct Ball {
+    double radius = 0.25;   ///< in volume radii
+    bool capsule = false;   ///< instead: four radii long in all, across the picture
+    double friction = 0.3;  ///< Coulomb's coefficient [1]
+};
 
 /// What the user has set, beside what the body itself knows.
 struct PanelState {
@@ -15,8 +22,10 @@ struct PanelState {
     bool help = false;
     Look look;
     Grip grip = Grip::hold;
-    double influence = 0.35;               ///< radius of influence, in volume radii
-    double push_share = 0.01;              ///< force of a push, in E R^2
+    std::optional<std::size_t> body;  ///< of two: the one that scheme and sliders are for
+    double influence = 0.35;          ///< radius of influence, in volume radii
+    double push_share = 0.01;         ///< force of a push, in E R^2
+    Ball ball;
     Vector gravity = Vector(0, -9.81, 0);  ///< of the scene, also while it is off [m/s^2]
     double tilt = 0;                       ///< how far it is turned about z [degree]
     /// While a slider is moved: what its ends are told from.

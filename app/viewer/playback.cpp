@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "innerspring/mesh/error.h"
+#include "innerspring/record/setup.h"
 #include "innerspring/record/vtk_read.h"
 
 namespace innerspring::viewer {
@@ -35,6 +36,15 @@ Playback::Playback(const std::filesystem::path& path) {
     for (const Frame& frame : read_pvd(file))
         frames_.push_back({frame.time, file.parent_path() / frame.file});
     if (frames_.empty()) throw InputError(fmt::format("{}: names no frame", file.string()));
+    try {
+        const auto scene = file.parent_path() / "scene.resolved.toml";
+        std::error_code ignored;
+        if (std::filesystem::exists(scene, ignored))
+            for (const SceneTool& tool : read_scene(scene).tools) tools_.push_back(to_tool(tool));
+    } catch (const InputError& error) {  // the frames are shown without
+        tools_.clear();
+        note_ = fmt::format("tools are not shown: {}", error.what());
+    }
     show(0);
 }
 
@@ -67,6 +77,7 @@ void Playback::show(std::size_t frame) {
     const double V = volume(body.surface->rest, body.surface->triangles);
     body.volume_variation_percent = 100 * (volume(data.positions, data.triangles) / V - 1);
     body.simulated = false;
+    for (const Tool& tool : tools_) body.tools.push_back(tool_at(tool, frames_[at_].time));
     snapshot_.bodies = {std::move(body)};
     snapshot_.time = frames_[at_].time;
     ++snapshot_.taken;

@@ -21,6 +21,8 @@ class Playback {
     /// The frame of a time [s].
     void show_time(double time);
     const Snapshot& snapshot() const { return snapshot_; }
+    /// Why tools are not shown; empty if all is well.
+    const std::string& note() const { return note_; }
 
   private:
     struct Known {
@@ -28,6 +30,8 @@ class Playback {
         std::filesystem::path file;
     };
     std::vector<Known> frames_;
+    std::vector<Tool> tools_;  ///< of the scene beside the frames
+    std::string note_;
     std::size_t at_ = 0;
     Snapshot snapshot_;
 };

@@ -64,11 +64,13 @@ void History::add(const Snapshot& snapshot) {
     Sample sample{snapshot.time,
                   {},
                   {},
+                  {},
                   snapshot.bodies[0].step_ms,
                   snapshot.bodies[0].kinetic + snapshot.bodies[0].elastic};
     for (const BodySnapshot& body : snapshot.bodies) {
         sample.volume_percent.push_back(body.volume_variation_percent);
         sample.force.push_back(force_sum(body));
+        sample.tool_force.push_back(tool_force_sum(body));
     }
     // Time that goes back (reset, undo) or other bodies: another story.
     if (!samples_.empty() && (sample.time < samples_.back().time ||
@@ -80,17 +82,23 @@ void History::add(const Snapshot& snapshot) {
 }
 
 void draw_plots(const History& history, const Snapshot& snapshot, double s) {
-    std::vector<std::pair<std::string, Curve>> volume, force;
+    std::vector<std::pair<std::string, Curve>> volume, force, tools;
+    bool pulled = false, touched = false;
     for (std::size_t n = 0; n < snapshot.bodies.size(); ++n) {
         const std::string label =
             snapshot.bodies.size() > 1 ? fmt::format("{} ", to_string(snapshot.bodies[n].scheme)) : "";
         volume.emplace_back(label, [n](const History::Sample& x) { return x.volume_percent[n]; });
         force.emplace_back(label, [n](const History::Sample& x) { return x.force[n]; });
+        tools.emplace_back(label, [n](const History::Sample& x) { return x.tool_force[n]; });
     }
     const auto& samples = history.samples();
+    for (const History::Sample& sample : samples)
+        for (std::size_t n = 0; n < sample.force.size(); ++n)
+            pulled |= sample.force[n] > 0, touched |= sample.tool_force[n] > 0;
     plot("volume variation", "%", volume, samples, s);
     if (!snapshot.bodies[0].simulated) return;
-    plot("force", "N", force, samples, s);
+    if (pulled || !touched) plot("force", "N", force, samples, s);
+    if (touched) plot("force of tools", "N", tools, samples, s);
     if (snapshot.bodies[0].step_ms > 0)
         plot("time of a step", "ms", {{"", [](const History::Sample& x) { return x.step_ms; }}}, samples, s);
     plot("energy", "J", {{"", [](const History::Sample& x) { return x.energy; }}}, samples, s);

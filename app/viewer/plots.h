@@ -10,9 +10,9 @@ namespace innerspring::viewer {
 class History {
   public:
     struct Sample {
-        double time;                                ///< [s]
-        std::vector<double> volume_percent, force;  ///< per body: [%], [N]
-        double step_ms, energy;                     ///< energy [J]: kinetic and elastic, of the first body
+        double time;                                            ///< [s]
+        std::vector<double> volume_percent, force, tool_force;  ///< per body: [%], [N], [N]
+        double step_ms, energy;  ///< energy [J]: kinetic and elastic, of the first body
     };
     void add(const Snapshot& snapshot);
     void clear() { samples_.clear(); }

@@ -11,6 +11,9 @@ namespace innerspring::viewer {
 
 namespace {
 
+/// A click of the wheel takes the tool deeper by this share of its radius.
+constexpr double touch_click = 0.05;
+
 bool inside(const Box2& box, double x, double y) {
     return x >= box.x && y >= box.y && x < box.x + box.width && y < box.y + box.height;
 }
@@ -25,12 +28,25 @@ bool inside(const std::vector<std::array<double, 2>>& outline, double x, double 
     return odd;
 }
 
-/// Where a point is seen [point].
-std::array<double, 2> project(const Camera& camera, const Box2& box, const Vector& place) {
-    const Eigen::Vector4d clip = camera.projection(box.width / box.height) * camera.view() *
-                                 Eigen::Vector4d(place.x(), place.y(), place.z(), 1);
-    return {box.x + box.width * (clip.x() / clip.w() + 1) / 2,
-            box.y + box.height * (1 - clip.y() / clip.w()) / 2};
+std::vector<Vector> positions_of(const BodySnapshot& body) {
+    std::vector<Vector> x = body.surface->rest;
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += Vector(body.u[i][0], body.u[i][1], body.u[i][2]);
+    return x;
+}
+
+/// Where the middle of a capsule is that comes along a ray, its axis at right angles to it, when it meets the
+/// vertices or `hit`.
+Vector arrival(const Vector& hit, const Vector& along, double radius, double length, const Vector& axis,
+               Positions x) {
+    double before = radius;  // the hit
+    for (const Vector& place : x) {
+        const Vector d = place - hit;
+        const double a = d.dot(axis), ahead = -d.dot(along);
+        const Vector beside = d + ahead * along - std::clamp(a, -length / 2, length / 2) * axis;
+        if (const double rest = radius * radius - beside.squaredNorm(); rest > 0)
+            before = std::max(before, ahead + std::sqrt(rest));
+    }
+    return hit - before * along;
 }
 
 }  // namespace
@@ -51,9 +67,7 @@ std::optional<Hit> Window::under_pointer(std::size_t& body) const {
     const Stage::Aim aim = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y);
     body = aim.body;
     const BodySnapshot& shown = snapshot().bodies[body];
-    std::vector<Vector> x = shown.surface->rest;
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] += Vector(shown.u[i][0], shown.u[i][1], shown.u[i][2]);
-    return first_hit(aim.ray, x, shown.surface->triangles);
+    return first_hit(aim.ray, positions_of(shown), shown.surface->triangles);
 }
 
 void Window::mouse_move(double x, double y) {
@@ -74,7 +88,8 @@ void Window::mouse_button(int button, bool down, int modifiers) {
     input_.shift = modifiers & GLFW_MOD_SHIFT;
     if (!down) {
         if (button != gesture_.button) return;
-        if (session_ && (gesture_.kind == Gesture::Kind::hold || gesture_.kind == Gesture::Kind::push)) {
+        if (session_ && (gesture_.kind == Gesture::Kind::hold || gesture_.kind == Gesture::Kind::push ||
+                         gesture_.kind == Gesture::Kind::touch)) {
             move_tool();
             session_->send(Release{});
         }
@@ -115,6 +130,8 @@ void Window::begin_tool() {
         gesture_.kind = Gesture::Kind::push;
         gesture_.moved = true;
         move_tool();
+    } else if (panel_.grip == Grip::touch) {
+        begin_touch(*hit);
     } else if (input_.shift) {
         session_->send(CoarsenNear{near, influence()});
     } else {
@@ -122,18 +139,36 @@ void Window::begin_tool() {
     }
 }
 
+/// The tool comes from the eye until it meets the surface.
+void Window::begin_touch(const Hit& hit) {
+    const BodySnapshot& shown = snapshot().bodies[gesture_.body];
+    Touch touch;
+    touch.radius = panel_.ball.radius * shown.surface->radius;
+    touch.length = panel_.ball.capsule ? 2 * touch.radius : 0;
+    touch.friction = panel_.ball.friction;
+    gesture_.kind = Gesture::Kind::touch;
+    gesture_.into = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y).ray.along;
+    touch.axis = gesture_.into.cross(camera_.up()).stableNormalized();
+    touch.at = arrival(hit.point, gesture_.into, touch.radius, touch.length, touch.axis, positions_of(shown));
+    gesture_.tool = touch.at;
+    session_->send(touch);
+}
+
+/// How far the pointer is from the point taken, in the plane through that which faces the eye [m].
+Vector Window::pointer_way() const {
+    const Ray ray = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y).ray;
+    const Vector normal = camera_.back();
+    // Within the picture the ray meets the plane at less than half the angle of view.
+    return ray.from + (gesture_.taken - ray.from).dot(normal) / ray.along.dot(normal) * ray.along -
+           gesture_.taken;
+}
+
 void Window::move_tool() {
     if (!gesture_.moved || !session_) return;
     gesture_.moved = false;
-    if (gesture_.kind == Gesture::Kind::hold) {
-        // In the plane through the point taken that faces the eye.
-        const Ray ray = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y).ray;
-        const Vector normal = camera_.back();
-        const double along = ray.along.dot(normal);
-        if (std::abs(along) > 1e-3)
-            session_->send(Drag{ray.from + (gesture_.taken - ray.from).dot(normal) / along * ray.along -
-                                gesture_.taken});
-    }
+    if (gesture_.kind == Gesture::Kind::hold) session_->send(Drag{pointer_way()});
+    if (gesture_.kind == Gesture::Kind::touch)
+        session_->send(MoveTool{gesture_.tool + pointer_way() + gesture_.depth * gesture_.into});
     if (gesture_.kind == Gesture::Kind::push) {
         const auto hit = under_pointer(gesture_.body);
         if (!hit) return;  // beside the body: it goes on where it was
@@ -176,6 +211,11 @@ void Window::scroll(double up) {
     } else if (gesture_.kind == Gesture::Kind::push) {
         panel_.push_share = std::clamp(panel_.push_share * std::pow(1.15, up), 1e-4, 1.0);
         gesture_.moved = true;
+    } else if (gesture_.kind == Gesture::Kind::touch) {
+        const double R = snapshot().bodies[gesture_.body].surface->radius;
+        gesture_.depth =
+            std::clamp(gesture_.depth + touch_click * panel_.ball.radius * R * up, -2 * R, 2 * R);
+        gesture_.moved = true;
     } else {
         zoom(camera_, std::pow(1.12, up));
     }
@@ -207,6 +247,10 @@ void Window::key(int key, bool down, int modifiers) {
         case GLFW_KEY_P:
             panel_.grip = Grip::push;
             break;
+        case GLFW_KEY_B:
+            panel_.ball.capsule = panel_.grip == Grip::touch && !panel_.ball.capsule;
+            panel_.grip = Grip::touch;
+            break;
         case GLFW_KEY_F:
             panel_.grip = Grip::refine;
             break;
@@ -233,6 +277,15 @@ void Window::key(int key, bool down, int modifiers) {
             break;
         case GLFW_KEY_3:
             actions.commands.push_back(SetScheme{Scheme::C});
+            break;
+        case GLFW_KEY_X:
+            if (const std::size_t count = snapshot().bodies.size(); count > 1) {
+                const std::size_t next = panel_.body ? *panel_.body + 1 : 0;
+                panel_.body = next < count ? std::optional(next) : std::nullopt;
+                say(!panel_.body ? "scheme and sliders: both bodies"
+                    : next == 0  ? "scheme and sliders: the left body"
+                                 : "scheme and sliders: the right body");
+            }
             break;
         case GLFW_KEY_G: {
             const bool on = !snapshot().gravity.isZero(0);

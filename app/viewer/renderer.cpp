@@ -13,9 +13,10 @@ namespace {
 
 using Rgba = std::array<float, 4>;
 constexpr Rgba plain_colour = {0.80f, 0.62f, 0.54f, 1}, arrow_colour = {0.85f, 0.20f, 0.12f, 1},
-               tool_colour = {0.30f, 0.45f, 0.75f, 0.45f}, pin_colour = {0.1f, 0.1f, 0.1f, 1},
-               wire_colour = {0, 0, 0, 0.35f}, ground_colour = {0.45f, 0.47f, 0.50f, 0.55f},
-               home_colour = {0.9f, 0.3f, 0.1f, 0.9f}, tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f};
+               tool_colour = {0.30f, 0.45f, 0.75f, 0.45f}, tool_edge_colour = {0.2f, 0.3f, 0.5f, 0.8f},
+               pin_colour = {0.1f, 0.1f, 0.1f, 1}, wire_colour = {0, 0, 0, 0.35f},
+               ground_colour = {0.45f, 0.47f, 0.50f, 0.55f}, home_colour = {0.9f, 0.3f, 0.1f, 0.9f},
+               tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f};
 
 /// More lines than this only make a grey cloud.
 constexpr std::size_t most_spokes = 4000;
@@ -94,6 +95,18 @@ void revolve(const Vector& from, const Vector& axis, std::span<const std::pair<d
     }
 }
 
+/// The profile of a capsule about its middle; of length 0, a ball's.
+std::vector<std::pair<double, double>> capsule(double radius, double length) {
+    constexpr int pieces = 12;  // of a quarter
+    std::vector<std::pair<double, double>> profile;
+    for (int end : {-1, 1})
+        for (int n = 0; n <= pieces; ++n) {
+            const double a = std::numbers::pi / 2 * (end < 0 ? n : pieces - n) / pieces;
+            profile.push_back({end * (length / 2 + radius * std::cos(a)), radius * std::sin(a)});
+        }
+    return profile;
+}
+
 }  // namespace
 
 double ground_square(const Surface& surface) {
@@ -159,7 +172,10 @@ void Renderer::draw(std::size_t slot, const BodySnapshot& body, const Drawn& dra
         }
         draw_coloured(GL_LINES, lines_);
     }
-    for (const Pull& pull : body.pulls) draw_pull(pull, body, camera);
+    for (const Pull& pull : body.pulls) draw_arrow(pull.newton, pull.place, body);
+    for (const TouchingTool& tool : body.tools) draw_arrow(tool.newton, tool.place, body);
+    for (const Pull& pull : body.pulls) draw_hand(pull, body, camera);
+    for (const TouchingTool& tool : body.tools) draw_tool(tool, body);
     glBindVertexArray(0);
     glDisable(GL_SCISSOR_TEST);
 }
@@ -279,30 +295,66 @@ void Renderer::draw_springs(const BodySnapshot& body, const Drawn& drawn, const 
     glEnable(GL_DEPTH_TEST);
 }
 
-void Renderer::draw_pull(const Pull& pull, const BodySnapshot& body, const Camera& camera) {
+void Renderer::draw_arrow(const Vector& force, const Vector& place, const BodySnapshot& body) {
+    const double newton = force.norm();
+    if (!(newton > 0)) return;
+    // It ends where the force acts.
+    const Vector along = force / newton;
+    const double R = body.surface->radius, length = arrow_length(body, newton), thick = 0.02 * R,
+                 head = std::min(0.15 * R, 0.5 * length);
+    const std::pair<double, double> arrow[] = {
+        {0, 0}, {0, thick}, {length - head, thick}, {length - head, 2.6 * thick}, {length, 0}};
     std::vector<Vector> corners, normals;
-    const double R = body.surface->radius, E = body.material.young;
-    if (const double newton = pull.newton.norm(); newton > 0) {
-        // Its length grows with the root of the force: E R^2 makes 1.5 R. It ends where the force acts.
-        const Vector along = pull.newton / newton;
-        const double length = std::min(0.15 + 1.5 * std::sqrt(newton / (E * R * R)), 2.0) * R,
-                     thick = 0.02 * R, head = std::min(0.15 * R, 0.5 * length);
-        const std::pair<double, double> arrow[] = {
-            {0, 0}, {0, thick}, {length - head, thick}, {length - head, 2.6 * thick}, {length, 0}};
-        revolve(pull.place - length * along, along, arrow, corners, normals);
-        draw_solid(corners, normals, arrow_colour);
-    }
+    revolve(place - length * along, along, arrow, corners, normals);
+    draw_solid(corners, normals, arrow_colour);
+}
+
+/// A ball where a hand without a tool is.
+void Renderer::draw_hand(const Pull& pull, const BodySnapshot& body, const Camera& camera) {
     if (!pull.hand) return;
-    // The tool: a ball where the hand is.
-    corners.clear(), normals.clear();
-    const double r = std::max(0.15 * pull.radius, 0.01 * R);
-    std::vector<std::pair<double, double>> ball;
-    for (int n = 0; n <= 16; ++n) {
-        const double a = std::numbers::pi * n / 16;
-        ball.push_back({-r * std::cos(a), r * std::sin(a)});
-    }
-    revolve(pull.place, camera.back(), ball, corners, normals);
+    std::vector<Vector> corners, normals;
+    revolve(pull.place, camera.back(), capsule(std::max(0.15 * pull.radius, 0.01 * body.surface->radius), 0),
+            corners, normals);
     draw_solid(corners, normals, tool_colour);
+}
+
+void Renderer::draw_tool(const TouchingTool& touching, const BodySnapshot& body) {
+    const Tool& tool = touching.tool;
+    const Pose& pose = touching.pose();
+    std::vector<Vector> corners, normals;
+    if (tool.shape == ToolShape::plane) {
+        // The part of it under the body.
+        const Vector middle = (body.surface->lower + body.surface->upper) / 2,
+                     normal = pose.rotation * Vector::UnitZ(), side = pose.rotation * Vector::UnitX(),
+                     other = pose.rotation * Vector::UnitY();
+        const Vector foot = middle - normal.dot(middle - pose.position) * normal;
+        const double size = 0.7 * (body.surface->upper - body.surface->lower).norm();
+        const Vector square[] = {foot - size * (side + other), foot + size * (side - other),
+                                 foot + size * (side + other), foot - size * (side - other)};
+        for (int n : {0, 1, 2, 0, 2, 3}) corners.push_back(square[n]), normals.push_back(normal);
+        lines_.clear();
+        for (int n = 0; n < 4; ++n)
+            for (int end : {n, (n + 1) % 4}) lines_.push_back({place(square[end]), tool_edge_colour});
+        draw_coloured(GL_LINES, lines_);
+    } else if (tool.shape == ToolShape::mesh) {
+        const SurfaceMesh& mesh = tool.mesh->mesh;
+        for (const Triangle& t : mesh.triangles) {
+            Vector x[3];
+            for (int k = 0; k < 3; ++k) x[k] = pose.position + pose.rotation * mesh.positions[t[k]];
+            const Vector normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
+            for (const Vector& corner : x) corners.push_back(corner), normals.push_back(normal);
+        }
+    } else {
+        revolve(pose.position, pose.rotation * Vector::UnitZ(), capsule(tool.radius, tool.length), corners,
+                normals);
+    }
+    // Its depth first, so that only its near side is seen, and the body through it.
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    draw_solid(corners, normals, tool_colour);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glDepthFunc(GL_LEQUAL);
+    draw_solid(corners, normals, tool_colour);
+    glDepthFunc(GL_LESS);
 }
 
 void Renderer::draw_solid(std::span<const Vector> corners, std::span<const Vector> normals,

@@ -45,7 +45,9 @@ class Renderer {
                       const ValueRange& range);
     void draw_ground(const Surface& surface);
     void draw_springs(const BodySnapshot& body, const Drawn& drawn, const Look& look);
-    void draw_pull(const Pull& pull, const BodySnapshot& body, const Camera& camera);
+    void draw_arrow(const Vector& newton, const Vector& place, const BodySnapshot& body);
+    void draw_hand(const Pull& pull, const BodySnapshot& body, const Camera& camera);
+    void draw_tool(const TouchingTool& tool, const BodySnapshot& body);
     void draw_solid(std::span<const Vector> corners, std::span<const Vector> normals,
                     const std::array<float, 4>& colour);
     void draw_coloured(GLenum kind, std::span<const Coloured> vertices);

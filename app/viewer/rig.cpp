@@ -17,29 +17,31 @@ Rig::Rig(const Recording& recording) : Rig(recording.scenes) {
     to_replay_.ticks = recording.ticks;
 }
 
-void Rig::apply(const Command& command) {
-    done_.push_back({ticks_, command});
+void Rig::apply(const Command& command, std::optional<std::size_t> only) {
+    done_.push_back({ticks_, command, only});
     std::string why;
-    std::vector<Simulation*> refused;
-    for (const auto& body : bodies_) {
+    std::vector<Simulation*> without;
+    for (std::size_t n = 0; n < bodies_.size(); ++n) {
         try {
-            body->apply(command);
+            if (!only || n == *only)
+                bodies_[n]->apply(command);
+            else
+                without.push_back(bodies_[n].get());
         } catch (const InputError& error) {
             why = error.what();
-            refused.push_back(body.get());
+            without.push_back(bodies_[n].get());
         }
     }
-    if (refused.empty()) return;
-    if (refused.size() < bodies_.size())
-        for (Simulation* body : refused) body->pass_over(command);
-    throw InputError(why);
+    if (without.size() < bodies_.size())
+        for (Simulation* body : without) body->pass_over(command);
+    if (!why.empty()) throw InputError(why);
 }
 
 bool Rig::advance() {
     const auto& inputs = to_replay_.inputs;
     for (; next_input_ < inputs.size() && inputs[next_input_].tick <= ticks_; ++next_input_) {
         try {
-            apply(inputs[next_input_].command);
+            apply(inputs[next_input_].command, inputs[next_input_].body);
         } catch (const InputError&) {  // as it was refused when it was recorded
         }
     }
@@ -66,7 +68,7 @@ std::unique_ptr<Rig> replay(const Recording& recording) {
     for (const Recording::Input& input : recording.inputs) {
         if (input.tick < recording.ticks) continue;
         try {
-            rig->apply(input.command);
+            rig->apply(input.command, input.body);
         } catch (const InputError&) {
         }
     }

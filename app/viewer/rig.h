@@ -10,9 +10,9 @@ class Rig {
     /// The inputs are applied as their steps come, until they are used up.
     explicit Rig(const Recording& recording);
 
-    /// Applies to every body and writes it down. What a body refuses is said by an InputError, after all have
-    /// had it: a recording is refused the same things again.
-    void apply(const Command& command);
+    /// Applies to every body, or to one, and writes it down. What a body refuses is said by an InputError,
+    /// after all have had it: a recording is refused the same things again.
+    void apply(const Command& command, std::optional<std::size_t> only = {});
 
     /// One step of every body. False if one could not.
     bool advance();

@@ -33,11 +33,11 @@ Session::~Session() {
     thread_.join();
 }
 
-void Session::send(Command command) {
+void Session::send(Command command, std::optional<std::size_t> only) {
     {
         const std::lock_guard lock(mutex_);
-        inbox_.push_back([command = std::move(command)](Rig& rig) {
-            rig.apply(command);
+        inbox_.push_back([command = std::move(command), only](Rig& rig) {
+            rig.apply(command, only);
             return std::string();
         });
     }

@@ -41,7 +41,8 @@ class Session {
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    void send(Command command);
+    /// To all bodies, or to one.
+    void send(Command command, std::optional<std::size_t> only = {});
     void pause(bool paused);
     void single_step();
     /// Seconds simulated per second; 1 is real time.

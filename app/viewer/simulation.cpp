@@ -22,6 +22,11 @@ constexpr double slowness = 20, most_of_the_way = 0.3;
 /// The hand pulls with no more than this times E R^2.
 constexpr double strongest = 5;
 
+/// A tool goes in a step by dt / tool_lag of the way it has left, so that it moves on between two places of
+/// the pointer, and no faster than so many volume radii in a second.
+constexpr double tool_lag = 0.03;  ///< [s]
+constexpr double fastest_tool = 5;
+
 /// Undo keeps so many bytes at most, but always the last moment.
 constexpr std::size_t undo_bytes = 256u << 20;
 constexpr std::size_t most_undo = 30;
@@ -48,7 +53,8 @@ bool within(const Vector& place, double radius, const Vector& a, const Vector& b
 
 bool changes_more_than_the_hand(const Command& command) {
     return !std::holds_alternative<Grab>(command) && !std::holds_alternative<Drag>(command) &&
-           !std::holds_alternative<Push>(command) && !std::holds_alternative<Release>(command) &&
+           !std::holds_alternative<Push>(command) && !std::holds_alternative<Touch>(command) &&
+           !std::holds_alternative<MoveTool>(command) && !std::holds_alternative<Release>(command) &&
            !std::holds_alternative<Undo>(command);
 }
 
@@ -67,6 +73,7 @@ Simulation::Simulation(const Scene& scene) : scene_(scene) {
 
 void Simulation::renew_workspace() {
     workspace_.emplace(now_.body, scene_.step);
+    met_ = false;
 }
 
 void Simulation::remember(const Command& command, Moment before) {
@@ -114,6 +121,11 @@ void Simulation::act(const Command& command) {
         act(*drag);
     } else if (const auto* push = std::get_if<Push>(&command)) {
         act(*push);
+    } else if (const auto* touch = std::get_if<Touch>(&command)) {
+        act(*touch);
+    } else if (const auto* move = std::get_if<MoveTool>(&command)) {
+        if (!move->to.allFinite()) throw InputError("the tool's place must be finite");
+        now_.hand.to = move->to;
     } else if (std::holds_alternative<Release>(command)) {
         release();
     } else if (const auto* tuned = std::get_if<Tune>(&command)) {
@@ -177,6 +189,7 @@ void Simulation::adapted(const Transfer& transfer) {
 
 void Simulation::follow_mesh(const Transfer& transfer) {
     workspace_->adapt(now_.body, transfer);
+    met_ = false;
     ++mesh_version_, ++body_version_;
     if (now_.hand.kind != Hand::Kind::hold) return;
     // The patch is another one now; the force goes on as it was.
@@ -190,11 +203,9 @@ void Simulation::set_hand(Hand::Kind kind, const Vector& near, double radius) {
     Force patch =
         patch_force(now_.body, nearest_vertex(now_.body.rest.positions, near), radius, Vector::Zero());
     patch.name = "hand";
-    if (now_.hand.kind == Hand::Kind::none)
-        now_.loads.forces.push_back(std::move(patch));
-    else
-        now_.loads.forces.back() = std::move(patch);
-    now_.hand = {kind, Vector::Zero(), Vector::Zero(), 0};
+    release();
+    now_.loads.forces.push_back(std::move(patch));
+    now_.hand.kind = kind;
 }
 
 void Simulation::act(const Grab& grab) {
@@ -217,13 +228,43 @@ void Simulation::act(const Push& push) {
     now_.loads.forces.back().newton = push.newton;
 }
 
+void Simulation::act(const Touch& touch) {
+    if (workspace_->integrator() == Integrator::implicit) {
+        StepOptions explicit_steps = scene_.step;
+        if (explicit_steps.integrator == Integrator::implicit)
+            throw InputError("a tool needs explicit steps; here implicit ones were asked for");
+        explicit_steps.integrator = Integrator::symplectic;
+        const Workspace possible(now_.body, explicit_steps);  // throws where they would be too many
+    }
+    const Pose pose{touch.at, Eigen::Quaterniond::FromTwoVectors(Vector(Vector::UnitZ()), touch.axis)};
+    Tool tool = touch.length == 0 ? sphere_tool(touch.radius, touch.at, touch.friction)
+                                  : capsule_tool(touch.radius, touch.length, pose, touch.friction);
+    tool.name = "hand";
+    require_valid(tool);
+    release();
+    now_.loads.tools.push_back(std::move(tool));
+    now_.hand.kind = Hand::Kind::tool;
+    now_.hand.to = touch.at;
+    met_ = false;
+}
+
 void Simulation::release() {
-    if (now_.hand.kind != Hand::Kind::none) now_.loads.forces.pop_back();
+    if (hand_tool()) {
+        now_.loads.tools.pop_back();
+        met_ = false;
+    } else if (hand_force()) {
+        now_.loads.forces.pop_back();
+    }
     now_.hand = {};
 }
 
 const Force* Simulation::hand_force() const {
-    return now_.hand.kind == Hand::Kind::none ? nullptr : &now_.loads.forces.back();
+    const bool there = now_.hand.kind == Hand::Kind::push || now_.hand.kind == Hand::Kind::hold;
+    return there ? &now_.loads.forces.back() : nullptr;
+}
+
+const Tool* Simulation::hand_tool() const {
+    return now_.hand.kind == Hand::Kind::tool ? &now_.loads.tools.back() : nullptr;
 }
 
 Vector mean_place(const Force& force, const State& state) {
@@ -233,8 +274,17 @@ Vector mean_place(const Force& force, const State& state) {
     return place;
 }
 
-bool Simulation::advance() {
-    if (!failure_.empty()) return false;
+void Simulation::move_hand() {
+    const double dt = scene_.step.dt;
+    if (now_.hand.kind == Hand::Kind::tool) {
+        Tool& tool = now_.loads.tools.back();
+        Pose pose = pose_at(tool, now_.state.time);
+        Vector way = std::min(1.0, dt / tool_lag) * (now_.hand.to - pose.position);
+        const double most = fastest_tool * now_.body.radius * dt;
+        if (const double size = way.norm(); size > most) way *= most / size;
+        pose.position += way;
+        move_to(tool, now_.state.time, dt, pose);
+    }
     if (now_.hand.kind == Hand::Kind::hold) {
         Force& force = now_.loads.forces.back();
         Vector pull = now_.hand.stiffness * (now_.hand.from + now_.hand.by - mean_place(force, now_.state));
@@ -242,18 +292,25 @@ bool Simulation::advance() {
         if (const double size = pull.norm(); size > most) pull *= most / size;
         const Index i = force.centre;
         const double rate = std::sqrt(now_.body.K[i] / now_.body.m[i]) / slowness;
-        force.newton += std::min(most_of_the_way, rate * scene_.step.dt) * (pull - force.newton);
+        force.newton += std::min(most_of_the_way, rate * dt) * (pull - force.newton);
         if (const double size = force.newton.norm(); size > most) force.newton *= most / size;
     }
+}
+
+bool Simulation::advance() {
+    if (!failure_.empty()) return false;
+    move_hand();
+    StepReport report;
     try {
         if (now_.refiner)
             now_.refiner->before_step(now_.state.time, scene_.step.dt, now_.body, now_.loads, now_.state,
                                       [&](const Transfer& transfer) { follow_mesh(transfer); });
+        report = step(now_.body, now_.loads, now_.state, *workspace_);
     } catch (const InputError& error) {
         failure_ = error.what();
         return false;
     }
-    const StepReport report = step(now_.body, now_.loads, now_.state, *workspace_);
+    met_ = !now_.loads.tools.empty() && report.not_finite == no_index;
     if (report.not_finite != no_index)
         failure_ = fmt::format("stopped at t = {:.4g} s: vertex {} left the numbers; undo or reset",
                                now_.state.time, report.not_finite);
@@ -274,6 +331,14 @@ Scene Simulation::scene() const {
             scene.pins.push_back(pin);
         }
     if (now_.loads.pins.size() < scene_.pins.size()) scene.pins.clear();
+    if (const Tool* tool = hand_tool()) {
+        const Pose pose = pose_at(*tool, now_.state.time);
+        SceneTool kept;
+        kept.radius = tool->radius, kept.length = tool->length, kept.friction = tool->friction;
+        kept.at = pose.position;
+        if (tool->length > 0) kept.axis = pose.rotation * Vector::UnitZ();
+        scene.tools.push_back(kept);
+    }
     return scene;
 }
 

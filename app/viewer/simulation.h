@@ -8,12 +8,13 @@
 
 namespace innerspring::viewer {
 
-/// What the hand does to a body. Its force is the last of the loads while it acts.
+/// What the hand does to a body. Its force, or its tool, is the last of the loads while it acts.
 struct Hand {
-    enum class Kind { none, push, hold } kind = Kind::none;
+    enum class Kind { none, push, hold, tool } kind = Kind::none;
     Vector from = Vector::Zero();  ///< hold: the weighted mean of the patch when it was taken [m]
     Vector by = Vector::Zero();    ///< hold: how far the hand has moved [m]
     double stiffness = 0;          ///< hold: of the spring between them [N/m]
+    Vector to = Vector::Zero();    ///< tool: where it is to go [m]
 };
 
 /// One body under the hand, without a thread or a clock: the same scene and the same commands before the same
@@ -42,14 +43,17 @@ class Simulation {
     double dt() const { return scene_.step.dt; }
     const std::string& failure() const { return failure_; }
 
-    const Force* hand_force() const;  ///< null without a hand
+    const Force* hand_force() const;  ///< null where the hand is away or has a tool
+    const Tool* hand_tool() const;    ///< null without one
+    /// What the tools met in the last step; null where there was none with these tools on this mesh.
+    const ContactReport* contact() const { return met_ ? &workspace_->contact() : nullptr; }
 
     /// Changes whenever the triangles do, and whenever masses or springs do.
     std::uint64_t mesh_version() const { return mesh_version_; }
     std::uint64_t body_version() const { return body_version_; }
 
-    /// The scene with what was changed by hand since: material, scheme, gravity, pins. What was refined by
-    /// hand is not in it, as a scene knows refinement by time only.
+    /// The scene with what was changed by hand since: material, scheme, gravity, pins, the hand's tool where
+    /// it is. What was refined by hand is not in it, as a scene knows refinement by time only.
     Scene scene() const;
     const std::vector<std::string>& notes() const { return notes_; }
 
@@ -68,6 +72,8 @@ class Simulation {
     void act(const Grab& grab);
     void act(const Drag& drag);
     void act(const Push& push);
+    void act(const Touch& touch);
+    void move_hand();
     void release();
     void set_hand(Hand::Kind kind, const Vector& near, double radius);
     void adapted(const Transfer& transfer);
@@ -85,6 +91,7 @@ class Simulation {
     std::size_t last_kind_ = std::variant_npos;  ///< of the last command remembered, and when: drags of one
     double last_time_ = 0;                       ///< slider are undone together
     std::uint64_t mesh_version_ = 0, body_version_ = 0;
+    bool met_ = false;
     std::string failure_;
 };
 

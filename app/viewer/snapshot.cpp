@@ -1,5 +1,8 @@
 #include "snapshot.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "innerspring/mesh/topology.h"
 #include "rig.h"
 
@@ -39,6 +42,52 @@ std::shared_ptr<const Surface> surface_now(const Simulation& simulation, const S
     return std::make_shared<const Surface>(std::move(s));
 }
 
+/// Where the line along which a tool is pressed comes out of it. With the torque r x F about the tool's own
+/// origin the line's nearest point to that is F x (r x F) / F^2.
+Vector way_out(const Tool& tool, const Pose& pose, const ToolContact& felt) {
+    const double squared = felt.force.squaredNorm();
+    if (!(squared > 0)) return pose.position;
+    const Eigen::Quaterniond back = pose.rotation.conjugate();
+    const Vector from = back * (felt.force.cross(felt.torque) / squared),
+                 along = back * (-felt.force / std::sqrt(squared));
+    double s = 0;
+    if (tool.shape == ToolShape::plane) {
+        if (along.z() > 1e-3) s = -from.z() / along.z();
+    } else {
+        double size = tool.radius + tool.length / 2;
+        if (tool.mesh)
+            for (const Vector& x : tool.mesh->mesh.positions) size = std::max(size, x.norm());
+        // From outside inwards, by as much as is free each time.
+        const double outside = size + from.norm();
+        s = outside;
+        for (int n = 0; n < 64 && s > -outside; ++n) {
+            const double free = nearest(tool, from + s * along).distance;
+            if (free <= 1e-3 * size) break;
+            s -= free;
+        }
+        if (s <= -outside) s = 0;  // the line passes the tool
+    }
+    return pose.position + pose.rotation * (from + s * along);
+}
+
+void capture_tools(const Simulation& from, BodySnapshot& to) {
+    to.tools.clear();
+    for (const Tool& tool : from.loads().tools) {
+        to.tools.push_back(tool_at(tool, from.state().time));
+        to.tools.back().hand = &tool == from.hand_tool();
+    }
+    to.pressed.clear();
+    const ContactReport* report = from.contact();
+    if (!report) return;
+    for (std::size_t n = 0; n < to.tools.size(); ++n) {
+        TouchingTool& tool = to.tools[n];
+        tool.newton = -report->tools[n].force;
+        tool.place = way_out(tool.tool, tool.pose(), report->tools[n]);
+    }
+    for (const VertexContact& vertex : report->vertices)
+        to.pressed.emplace_back(vertex.vertex, pressure(from.body(), vertex));
+}
+
 void capture_body(const Simulation& from, BodySnapshot& to) {
     const Body& body = from.body();
     const State& state = from.state();
@@ -61,6 +110,7 @@ void capture_body(const Simulation& from, BodySnapshot& to) {
     for (const Force& force : from.loads().forces)
         to.pulls.push_back({at(force.profile, state.time) * force.newton, mean_place(force, state),
                             force.radius, &force == from.hand_force()});
+    capture_tools(from, to);
     to.pinned.clear();
     for (const Pin& pin : from.loads().pins)
         to.pinned.insert(to.pinned.end(), pin.vertices.begin(), pin.vertices.end());
@@ -72,6 +122,31 @@ double force_sum(const BodySnapshot& body) {
     double sum = 0;
     for (const Pull& pull : body.pulls) sum += pull.newton.norm();
     return sum;
+}
+
+double tool_force_sum(const BodySnapshot& body) {
+    double sum = 0;
+    for (const TouchingTool& tool : body.tools) sum += tool.newton.norm();
+    return sum;
+}
+
+double most_pressure(const BodySnapshot& body) {
+    double most = 0;
+    for (const auto& [vertex, pascal] : body.pressed) most = std::max(most, pascal);
+    return most;
+}
+
+double arrow_length(const BodySnapshot& body, double newton) {
+    const double R = body.surface->radius, E = body.material.young;
+    return std::min(0.15 + 1.5 * std::sqrt(newton / (E * R * R)), 2.0) * R;
+}
+
+TouchingTool tool_at(const Tool& tool, double time) {
+    const Pose pose = pose_at(tool, time);
+    TouchingTool now;
+    now.tool = {tool.name, tool.shape, tool.radius, tool.length, tool.mesh, tool.friction, {{time, pose}}};
+    now.place = pose.position;
+    return now;
 }
 
 void Capture::operator()(const Rig& rig, Snapshot& into) {

@@ -38,6 +38,15 @@ struct Pull {
     bool hand = false;               ///< the user's, not the scene's
 };
 
+/// A tool as it is now, and what it does to the body.
+struct TouchingTool {
+    Tool tool;                       ///< its path is where it is
+    Vector newton = Vector::Zero();  ///< on the body [N]
+    Vector place = Vector::Zero();   ///< where the force's line comes out of the tool [m]
+    bool hand = false;               ///< the user's, not the scene's
+    const Pose& pose() const { return tool.path.front().pose; }
+};
+
 /// A body at one moment.
 struct BodySnapshot {
     std::shared_ptr<const Surface> surface;
@@ -51,6 +60,8 @@ struct BodySnapshot {
     double max_displacement = 0;                                                   ///< [m]
     double step_ms = 0;                                                            ///< time of a step
     std::vector<Pull> pulls;
+    std::vector<TouchingTool> tools;
+    std::vector<std::pair<Index, double>> pressed;  ///< vertices that tools press on, and how hard [Pa]
     std::vector<Index> pinned;
     bool simulated = true;  ///< false: a frame of a recording, of which only the surface is known
 };
@@ -86,6 +97,15 @@ class Capture {
 
 /// Of all forces on a body, their sizes added up [N].
 double force_sum(const BodySnapshot& body);
+
+/// Of all that tools do to a body [N].
+double tool_force_sum(const BodySnapshot& body);
+/// The largest of the pressures by tools [Pa].
+double most_pressure(const BodySnapshot& body);
+/// How long a force's arrow is drawn [m]: it grows with the root of the force; E R^2 makes 1.5 R.
+double arrow_length(const BodySnapshot& body, double newton);
+/// A tool where it is at a time [s].
+TouchingTool tool_at(const Tool& tool, double time);
 
 /// A surface as the renderer needs it.
 Surface surface_of(const SurfaceMesh& rest);

@@ -35,7 +35,7 @@ void Stage::draw(const Snapshot& snapshot, const Look& look, const Camera& camer
     drawn_.resize(count);
     for (std::size_t n = 0; n < count; ++n) make_drawn(snapshot.bodies[n], look.colour, drawn_[n]);
     const ValueRange now = viewer::range_of(drawn_, look.colour);
-    if (look.colour != range_of_ || settle <= 0 || !(range_.low < range_.high)) {
+    if (look.colour != range_of_ || settle <= 0 || range_.zero || !(range_.low < range_.high)) {
         range_ = now;
         range_of_ = look.colour;
     } else {
@@ -43,6 +43,7 @@ void Stage::draw(const Snapshot& snapshot, const Look& look, const Camera& camer
         const double share = std::min(1.0, settle);
         range_.low = now.low < range_.low ? now.low : range_.low + share * (now.low - range_.low);
         range_.high = now.high > range_.high ? now.high : range_.high + share * (now.high - range_.high);
+        range_.zero = now.zero;
     }
     for (std::size_t n = 0; n < count; ++n) {
         const Box2 part = part_of(box, n, count);

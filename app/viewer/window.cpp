@@ -5,6 +5,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "innerspring/mesh/error.h"
@@ -38,12 +39,13 @@ void connect(GLFWwindow* window) {
 
 Window::Window(const WindowOptions& options) : options_(options) {
     panel_.look = options.look;
+    panel_.ball = options.ball;
     Remembered remembered;
     if (const auto file = remembered_file(); options.remember && file) remembered = recall(*file);
     if (options.size) remembered.width = (*options.size)[0], remembered.height = (*options.size)[1];
     panel_.open = remembered.panel;
     camera_.azimuth = remembered.azimuth, camera_.elevation = remembered.elevation;
-    load(options.open);  // before there is a window: what cannot be opened is said at once
+    show(load(options.open));  // before there is a window: what cannot be opened is said at once
 
     if (!glfwInit()) throw RunError(no_graphics("no display"));
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -91,21 +93,27 @@ Window::~Window() {
     glfwTerminate();
 }
 
-void Window::load(const OpenRequest& request) {
-    std::unique_ptr<Playback> playback;
+Window::Opened Window::load(const OpenRequest& request) {
+    if (request.what.size() == 1 && Playback::is_one(request.what[0]))
+        return {nullptr, std::make_unique<Playback>(request.what[0])};
+    return {open_rig(request), nullptr};
+}
+
+void Window::show(Opened opened) {
     std::unique_ptr<Session> session;
-    if (request.what.size() == 1 && Playback::is_one(request.what[0])) {
-        playback = std::make_unique<Playback>(request.what[0]);
-    } else {
-        session = std::make_unique<Session>(open_rig(request));
+    if (opened.rig) {
+        session = std::make_unique<Session>(std::move(opened.rig));
         session->update();
     }
-    playback_ = std::move(playback);
+    playback_ = std::move(opened.playback);
     session_ = std::move(session);
     history_.clear();
     gesture_ = {};
     said_ = 0;
+    play_time_ = 0;
     panel_.tilt = 0;
+    panel_.body.reset();
+    panel_.before_slider.reset();
     if (!snapshot().gravity.isZero(0)) panel_.gravity = snapshot().gravity;
     fit(camera_, snapshot());
     if (options_.camera) {
@@ -116,10 +124,18 @@ void Window::load(const OpenRequest& request) {
 }
 
 void Window::open(const OpenRequest& request) {
+    if (opening_.valid()) return say(fmt::format("{} is still being opened", opening_what_));
+    opening_what_ = request.what.empty() ? "" : request.what[0];
+    opening_ = std::async(std::launch::async, [request] { return load(request); });
+}
+
+void Window::finish_opening() {
+    if (!opening_.valid() || opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     try {
-        load(request);
+        show(opening_.get());
         say(fmt::format("{}: {} vertices", snapshot().bodies[0].surface->name,
                         snapshot().bodies[0].u.size()));
+        if (playback_ && !playback_->note().empty()) say(playback_->note());
     } catch (const std::exception& error) {
         say(error.what());
     }
@@ -163,6 +179,7 @@ bool Window::frame() {
     update_size();
     const double now = glfwGetTime(), seconds = now - last_frame_;
     last_frame_ = now;
+    finish_opening();
     if (session_ && session_->update()) {
         history_.add(snapshot());
         if (snapshot().said != said_) {
@@ -207,7 +224,9 @@ void Window::draw_message(const Box2& box) {
         ImGui::GetForegroundDrawList()->AddPolyline(line.data(), int(line.size()), IM_COL32(200, 40, 20, 255),
                                                     ImDrawFlags_Closed, float(1.5 * scale_));
     }
-    if (message_.empty() || glfwGetTime() > message_until_) return;
+    const bool opening = opening_.valid();
+    if (!opening && (message_.empty() || glfwGetTime() > message_until_)) return;
+    const std::string words = opening ? fmt::format("opening {} ...", opening_what_) : message_;
     ImGui::SetNextWindowPos({float(box.x + box.width / 2), float(box.height - 44 * scale_)}, ImGuiCond_Always,
                             {0.5f, 1});
     ImGui::SetNextWindowSizeConstraints({0, 0}, {float(0.8 * box.width), 1e4f});
@@ -215,7 +234,7 @@ void Window::draw_message(const Box2& box) {
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing);
     ImGui::PushTextWrapPos(float(0.75 * box.width));
-    ImGui::TextUnformatted(message_.c_str());
+    ImGui::TextUnformatted(words.c_str());
     ImGui::PopTextWrapPos();
     ImGui::End();
 }
@@ -248,7 +267,10 @@ void Window::act(const PanelActions& actions) {
     if (actions.picture) save_picture_ = true;
     if (actions.vtp && playback_) say("this is a frame of a file already");
     if (!session_) return;
-    for (const Command& command : actions.commands) session_->send(command);
+    for (const Command& command : actions.commands) {
+        const bool own = std::holds_alternative<SetScheme>(command) || std::holds_alternative<Tune>(command);
+        session_->send(command, own ? panel_.body : std::nullopt);
+    }
     if (actions.pause) session_->pause(*actions.pause);
     if (actions.step) session_->pause(true), session_->single_step();
     if (actions.speed) session_->set_speed(*actions.speed);

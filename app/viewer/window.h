@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <future>
 #include <memory>
 
 #include "gui.h"
@@ -19,6 +20,7 @@ struct WindowOptions {
     std::optional<std::array<int, 2>> size;  ///< [point]; else as remembered
     std::optional<CameraOption> camera;      ///< else as remembered
     Look look;
+    Ball ball;
     bool remember = true;              ///< window and camera, from session to session
     std::filesystem::path save = ".";  ///< folder for what is saved
 };
@@ -45,7 +47,8 @@ class Window {
     void drop(const std::vector<std::string>& files);
     void close() { closing_ = true; }
 
-    /// Shows something else; if it cannot be opened, says why and goes on.
+    /// Opens something else in a thread and shows it when it is there; if it cannot be opened, says why and
+    /// goes on.
     void open(const OpenRequest& request);
 
     const Snapshot& snapshot() const;
@@ -61,19 +64,30 @@ class Window {
 
   private:
     struct Gesture {
-        enum class Kind { none, orbit, pan, hold, push, lasso } kind = Kind::none;
+        enum class Kind { none, orbit, pan, hold, push, touch, lasso } kind = Kind::none;
         int button = 0;
         std::size_t body = 0;
         bool moved = false;                          ///< since the tool was last brought along
-        Vector taken = Vector::Zero();               ///< hold: the point taken [m]
+        Vector taken = Vector::Zero();               ///< hold, touch: the point of the surface taken [m]
+        Vector tool = Vector::Zero();                ///< touch: the tool's middle at first [m]
+        Vector into = Vector::Zero();                ///< touch: where its depth goes, length 1
+        double depth = 0;                            ///< touch: by the wheel [m]
         std::vector<std::array<double, 2>> outline;  ///< lasso
     };
-    void load(const OpenRequest& request);
+    struct Opened {
+        std::unique_ptr<Rig> rig;
+        std::unique_ptr<Playback> playback;
+    };
+    static Opened load(const OpenRequest& request);
+    void show(Opened opened);
+    void finish_opening();
     void update_size();
     Box2 stage_box() const;
     bool panel_fits() const;
     Box2 panel_box() const;
     void begin_tool();
+    void begin_touch(const Hit& hit);
+    Vector pointer_way() const;
     void move_tool();
     void end_lasso();
     std::optional<Hit> under_pointer(std::size_t& body) const;
@@ -99,7 +113,8 @@ class Window {
     History history_;
     Input input_;
     Gesture gesture_;
-    std::string message_;
+    std::future<Opened> opening_;
+    std::string opening_what_, message_;
     double message_until_ = 0;
     std::uint64_t said_ = 0;
     double last_frame_ = 0;

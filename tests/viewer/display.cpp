@@ -64,7 +64,7 @@ struct Server {
             dup2(nowhere, 2);
             const std::string fd = std::to_string(ends[1]);
             execlp("Xvfb", "Xvfb", "-displayfd", fd.c_str(), "-screen", "0", "1600x1200x24", "-nolisten",
-                   "tcp", nullptr);
+                   "tcp", "-noreset", nullptr);
             _exit(1);
         }
         close(ends[1]);

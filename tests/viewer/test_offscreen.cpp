@@ -166,6 +166,75 @@ TEST(Offscreen, FramesOfASimulation) {
     EXPECT_NEAR(covered(played, 0, 120, 40, 120), covered(stepped, 0, 120, 40, 120), 0.01);
 }
 
+// The ball of a scene is where its path says, in pictures of the scene and of its frames.
+TEST(Offscreen, ToolsOfASceneAreDrawnOnTheirPaths) {
+    NEED_OPENGL();
+    const TemporaryFolder folder("offscreen-tools");
+    Scene scene;
+    scene.mesh = "breast:vertices=300";
+    scene.gravity = Vector::Zero();
+    scene.duration = 0.4;
+    SceneTool ball;
+    ball.name = "ball";
+    ball.radius = 0.3;
+    ball.path = {{0, 0, 0, 1.6, 1, 0, 0, 0}, {0.2, 0, 0, 0.9, 1, 0, 0, 0}};
+    scene.tools = {ball};
+    run(scene, {.directory = folder.path});
+    Playback playback(folder.path);
+    PictureRequest request = square(200);
+    request.camera = {90, 0, 0.7};  // from the side: the ball is at the left of the body
+    request.look.colour = ColourBy::plain;
+    request.look.ground = false;
+    Studio studio(request);
+    const auto blue_middle = [&](const Snapshot& snapshot) {
+        const Image image = studio.picture(snapshot, {});
+        double count = 0, sum = 0;
+        for (int y = 60; y < image.height - 30; ++y)
+            for (int x = 0; x < image.width; ++x) {
+                const std::uint8_t* p = &image.rgb[3 * (std::size_t(y) * image.width + x)];
+                if (p[2] > p[0] + 25) ++count, sum += x;
+            }
+        EXPECT_GT(count, 50);
+        return sum / count;
+    };
+    Rig rig({scene});
+    const double first = blue_middle(after(rig, 0));
+    playback.show(0);
+    ASSERT_EQ(playback.snapshot().bodies[0].tools.size(), 1u);
+    EXPECT_NEAR(blue_middle(playback.snapshot()), first, 1);
+    const Snapshot pressed = after(rig, 40);
+    EXPECT_GT(blue_middle(pressed), first + 5) << "nearer to the body";
+    EXPECT_GT(pressed.bodies[0].tools[0].newton.norm(), 0);
+    playback.show(playback.frames() - 1);
+    EXPECT_EQ(playback.snapshot().bodies[0].tools[0].pose().position, Vector(0, 0, 0.9));
+    EXPECT_NEAR(blue_middle(playback.snapshot()), blue_middle(pressed), 3) << "the arrow hides some of it";
+
+    Drawn drawn;
+    make_drawn(pressed.bodies[0], ColourBy::contact, drawn);
+    EXPECT_EQ(*std::max_element(drawn.values.begin(), drawn.values.end()), most_pressure(pressed.bodies[0]));
+    EXPECT_EQ(*std::min_element(drawn.values.begin(), drawn.values.end()), 0);
+}
+
+// Capsule, floor and mesh are drawn too: they change the picture, and a mesh that is missing is said.
+TEST(Offscreen, EveryToolIsDrawn) {
+    NEED_OPENGL();
+    const TemporaryFolder folder("offscreen-shapes");
+    PictureRequest request = square(200);
+    Studio studio(request);
+    Scene scene;
+    scene.mesh = "breast:vertices=300";
+    Rig bare({scene});
+    const Image without = studio.picture(after(bare, 0), {});
+    for (const char* text :
+         {"radius=0.2, length=0.5, axis=[1,0,0], at=[0,0.3,1.4]", "normal=[0,1,0], at=[0,-1.2,0]",
+          "mesh=\"icosphere:vertices=200\", scale=0.3, at=[0,0.3,1.4]"}) {
+        Scene with = scene;
+        with.tools = {parse_tool(text)};
+        Rig rig({with});
+        EXPECT_GT(difference(studio.picture(after(rig, 0), {}), without), 0.5) << text;
+    }
+}
+
 TEST(Offscreen, TwoBodiesAreSideBySide) {
     NEED_OPENGL();
     const auto rig = open_rig({{"breast:vertices=500"}, {}, {Scheme::B, Scheme::C}});

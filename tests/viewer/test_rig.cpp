@@ -32,6 +32,8 @@ std::vector<Command> all_commands() {
             Grab{{0, 0, 1}, 0.35},
             Drag{{0.05, 1.0 / 3, 0}},
             Push{{0, 0, 1}, 0.3, {0, 0, -0.1 / 3}},
+            Touch{0.3, 0.2, 1 / 3.0, {0, 0, 1.2}, {1, 0, 0.1}},
+            MoveTool{{0, 0.1 / 3, 1.1}},
             Release{},
             Tune{m},
             SetScheme{Scheme::B},
@@ -60,9 +62,9 @@ TEST(Commands, ReadBackToTheSameLine) {
 }
 
 TEST(Commands, SayWhatIsWrong) {
-    for (const char* line :
-         {"", "dance", "gravity 0 1", "gravity 0 1 nan", "push 0 0 1 -2 0 0 0", "grab 0 0 1 0", "pin 3 0 0 0",
-          "pin 99999999999 0", "scheme D", "release now", "tune 1 2 3"})
+    for (const char* line : {"", "dance", "gravity 0 1", "gravity 0 1 nan", "push 0 0 1 -2 0 0 0",
+                             "grab 0 0 1 0", "pin 3 0 0 0", "pin 99999999999 0", "scheme D", "release now",
+                             "tune 1 2 3", "touch 0 0 0 0 0 0 0 0 1", "touch 1 0 0 0 0 0", "move 1 2"})
         EXPECT_THROW(parse_command(line), InputError) << line;
 }
 
@@ -124,6 +126,42 @@ TEST(Rig, UndoStaysInStep) {
     EXPECT_EQ(rig[1].loads().gravity.y(), 0);
 }
 
+TEST(Recording, OfATool) {
+    Rig rig({sphere_scene()});
+    rig.apply(Touch{0.3, 0, 0.5, {0, 0, 1.3}});
+    steps(rig, 3);
+    rig.apply(MoveTool{{0, 0, 1.1}});
+    steps(rig, 20);
+    rig.apply(MoveTool{{0.1, 0.1, 1.1}});
+    rig.apply(RefineNear{{0, 0, 1}, 0.4});
+    steps(rig, 20);
+    EXPECT_GT(rig[0].contact()->tools[0].force.norm(), 0);
+    Recording read = recording_from_text(to_text(rig.recording()), "test");
+    EXPECT_EQ(replay(read)->hash(), rig.hash());
+    std::get<Touch>(read.inputs[0].command).radius = 0.31;
+    EXPECT_NE(replay(read)->hash(), rig.hash());
+}
+
+// Scheme and material may be for one body of two; one undo takes it back, and it is written down.
+TEST(Rig, OneBodyOfTwoIsChanged) {
+    Rig rig({sphere_scene(), sphere_scene()});
+    rig.apply(SetScheme{Scheme::A});
+    rig.apply(SetScheme{Scheme::B}, 1);
+    EXPECT_EQ(rig[0].body().scheme, Scheme::A);
+    EXPECT_EQ(rig[1].body().scheme, Scheme::B);
+    rig.apply(Touch{0.3, 0, 0, {0, 0, 1.2}});
+    steps(rig, 20);
+    for (std::size_t n : {0, 1}) EXPECT_GT(rig[n].contact()->tools[0].force.z(), 0) << n;
+    EXPECT_NE(rig[0].contact()->tools[0].force, rig[1].contact()->tools[0].force);
+    const auto again = replay(recording_from_text(to_text(rig.recording()), "test"));
+    EXPECT_EQ(again->hash(), rig.hash());
+    EXPECT_EQ((*again)[0].body().scheme, Scheme::A);
+    EXPECT_THROW(rig.apply(Tune{material(-1, 10)}, 0), InputError);
+    rig.apply(Undo{});
+    EXPECT_EQ(rig[0].body().scheme, Scheme::A);
+    EXPECT_EQ(rig[1].body().scheme, Scheme::A) << "as before it alone was changed";
+}
+
 TEST(Recording, DamageIsSaid) {
     Rig rig({sphere_scene(100)});
     rig.apply(Gravity{{0, -1, 0}});
@@ -157,6 +195,103 @@ TEST(Simulation, UndoBringsBackTheBits) {
         EXPECT_EQ(body.body().vertices(), vertices);
         EXPECT_EQ(body.body().K[3], K);
         EXPECT_EQ(body.loads().gravity.y(), -5);
+    }
+}
+
+TEST(Simulation, UndoTakesTheToolAwayAndLeavesTheScenes) {
+    Scene scene = sphere_scene();
+    SceneTool floor;
+    floor.normal = Vector(0, 1, 0);
+    floor.at = Vector(0, -0.95, 0);
+    scene.tools.push_back(floor);
+    Simulation body(scene);
+    body.apply(Gravity{{0, -5, 0}});
+    for (int n = 0; n < 10; ++n) body.advance();
+    const auto before = state_hash(body.state());
+    body.apply(Touch{0.3, 0, 0.5, {0, 0, 1.2}});
+    body.apply(SetScheme{Scheme::A});
+    for (int n = 0; n < 10; ++n) body.advance();
+    ASSERT_EQ(body.contact()->tools.size(), 2u);
+    EXPECT_GT(body.contact()->tools[1].force.z(), 0);
+    body.apply(Undo{});
+    EXPECT_EQ(body.loads().tools.size(), 1u);
+    EXPECT_EQ(body.hand_tool(), nullptr);
+    EXPECT_EQ(body.contact(), nullptr) << "nothing has met these yet";
+    EXPECT_EQ(state_hash(body.state()), before);
+    ASSERT_TRUE(body.advance());
+    EXPECT_LT(body.contact()->tools[0].force.y(), 0) << "the floor bears it";
+    body.apply(Touch{0.3, 0, 0.5, {0, 0, 1.2}});
+    body.apply(Grab{{0, 0, 1}, 0.3});
+    EXPECT_EQ(body.loads().tools.size(), 1u) << "one hand";
+    EXPECT_EQ(body.loads().forces.size(), 1u);
+    for (const Touch& bad :
+         {Touch{0.3, -1, 0, {0, 0, 1}}, Touch{0.3, 0, -1, {0, 0, 1}}, Touch{NAN, 0, 0, {0, 0, 1}},
+          Touch{0.3, 1, 0, {0, 0, 1}, {0, 0, 0}}, Touch{0.3, 0, 0, {0, NAN, 1}}}) {
+        EXPECT_THROW(body.apply(bad), InputError);
+        EXPECT_EQ(body.loads().forces.size(), 1u) << "refused, it changes nothing";
+    }
+}
+
+TEST(Simulation, AToolIsRefusedWhereStepsAreImplicit) {
+    Scene scene = sphere_scene();
+    scene.step.integrator = Integrator::implicit;
+    Simulation body(scene);
+    EXPECT_THROW(body.apply(Touch{0.3, 0, 0, {0, 0, 1.2}}), InputError);
+    EXPECT_TRUE(body.advance());
+}
+
+TEST(Simulation, TheSceneItSavesHasTheToolsWhereTheyAre) {
+    Scene scene = sphere_scene();
+    SceneTool floor;
+    floor.normal = Vector(0, 1, 0);
+    floor.at = Vector(0, -1, 0);
+    scene.tools.push_back(floor);
+    Simulation body(scene);
+    body.apply(Touch{0.3, 0.4, 0.5, {0, 0, 1.4}, {1, 1, 0}});
+    body.apply(MoveTool{{0, 0.1, 1.2}});
+    for (int n = 0; n < 30; ++n) body.advance();
+    const Simulation again(scene_from_text(to_toml(body.scene()), "saved"));
+    ASSERT_EQ(again.loads().tools.size(), 2u);
+    EXPECT_EQ(again.loads().tools[0].shape, ToolShape::plane);
+    const Tool& tool = again.loads().tools[1];
+    EXPECT_EQ(tool.shape, ToolShape::capsule);
+    EXPECT_EQ(tool.radius, 0.3);
+    EXPECT_EQ(tool.length, 0.4);
+    EXPECT_EQ(tool.friction, 0.5);
+    const Pose a = pose_at(*body.hand_tool(), body.state().time), b = pose_at(tool, 0);
+    EXPECT_LT((a.position - b.position).norm(), 1e-12);
+    EXPECT_LT((a.position - Vector(0, 0.1, 1.2)).norm(), 1e-3) << "it has come to where it was sent";
+    EXPECT_LT((a.rotation * Vector::UnitZ()).cross(b.rotation * Vector::UnitZ()).norm(), 1e-12);
+}
+
+// What a tool feels acts along a line; where that comes out of the tool the body is touched.
+TEST(Capture, TheForceActsWhereTheToolTouches) {
+    const SurfaceMesh ball = make_shape("icosphere:vertices=642");
+    for (const char* shape : {"ball", "capsule", "plane", "mesh"}) {
+        Scene scene = sphere_scene(1500);
+        SceneTool tool;
+        tool.name = shape;
+        tool.at = Vector(0, 0, 1.2);
+        if (tool.name == "ball") tool.radius = 0.3;
+        if (tool.name == "capsule") tool.radius = 0.3, tool.length = 0.5, tool.axis = Vector(1, 0, 0);
+        if (tool.name == "plane") tool.normal = Vector(0, 0, -1), tool.at = Vector(0.3, 0.2, 0.9);
+        if (tool.name == "mesh") tool.mesh = "icosphere:vertices=642", tool.scale = 0.3;
+        scene.tools.push_back(tool);
+        Rig rig({scene});
+        steps(rig, 200);
+        Capture capture;
+        Snapshot snapshot;
+        capture(rig, snapshot);
+        const TouchingTool& touching = snapshot.bodies[0].tools.at(0);
+        EXPECT_LT(touching.newton.z(), 0) << shape;
+        EXPECT_LT((touching.place - Vector(0, 0, 0.9)).norm(), 0.02) << shape;
+        // The pressures over the areas make up the force: their normals are within a few degrees of it.
+        double sum = 0;
+        for (const auto& [vertex, pascal] : snapshot.bodies[0].pressed)
+            sum += pascal * snapshot.bodies[0].surface->area[vertex];
+        EXPECT_NEAR(sum / touching.newton.norm(), 1, 0.15) << shape;
+        EXPECT_GE(sum, 0.999 * touching.newton.norm()) << "the sum of sizes";
+        EXPECT_GT(most_pressure(snapshot.bodies[0]), 0);
     }
 }
 

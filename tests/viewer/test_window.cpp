@@ -117,6 +117,127 @@ TEST(Window, APushByTheMouseTakesTheVolumeOfTheLaw) {
     EXPECT_LT(window.snapshot().bodies[0].max_displacement, 1e-3);
 }
 
+// A ball of radius a with its middle at s on a sphere of inner springs: F = sum_i K_i (a - |q_i - s|) along
+// s - q_i without friction, as in test_contact.cpp.
+TEST(Window, ABallPressedByTheMouseFeelsTheContactLaw) {
+    NEED_DISPLAY();
+    WindowOptions options = showing("icosphere:vertices=10242");
+    options.open.adjust = [](Scene& scene) {
+        weightless(scene);
+        scene.material.surface = 0;
+    };
+    options.look.colour = ColourBy::contact;
+    options.ball.friction = 0;
+    Window window(options);
+    window.frame();
+    press(window, GLFW_KEY_B);
+    EXPECT_EQ(window.panel().grip, Grip::touch);
+    point_at(window, facing(window));
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, true, 0);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().bodies[0].tools.size() == 1; }));
+    settle(window, 0.3);
+    const BodySnapshot* body = &window.snapshot().bodies[0];
+    EXPECT_LT(body->max_displacement, 1e-3) << "it comes to the surface and no farther";
+    const Image before = window.keep_picture();
+    for (int n = 0; n < 8; ++n) window.scroll(1);
+    settle(window, 1.5);
+    body = &window.snapshot().bodies[0];
+    const TouchingTool& tool = body->tools.at(0);
+    const double a = tool.tool.radius;
+    EXPECT_NEAR(a, 0.25 * body->surface->radius, 1e-12);
+    const Vector s = tool.pose().position;
+    const double d = 1 + a - s.norm();
+    EXPECT_NEAR(d / (8 * 0.05 * a), 1, 0.02) << "eight clicks";
+    Vector exact = Vector::Zero();
+    for (std::size_t i = 0; i < body->u.size(); ++i) {
+        const Vector away = body->surface->rest[i] - s;
+        if (away.norm() < a) exact += body->surface->K[i] * (a - away.norm()) * away.normalized();
+    }
+    RecordProperty("force_over_law", std::to_string(tool.newton.norm() / exact.norm()));
+    EXPECT_LT((tool.newton - exact).norm(), 0.05 * exact.norm());
+    // Pressure of the foundation under the middle: E/R times the depth.
+    EXPECT_NEAR(most_pressure(*body) / (10 * d), 1, 0.05);
+    EXPECT_GT(difference(before, window.keep_picture()), 0.5);
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, false, 0);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().bodies[0].tools.empty(); }));
+    settle(window, 1.5);
+    EXPECT_LT(window.snapshot().bodies[0].max_displacement, 1e-3);
+}
+
+TEST(Window, ACapsuleDrawnOverTheBodyIsReplayedWithTheSameBits) {
+    NEED_DISPLAY();
+    const TemporaryFolder folder("touch");
+    WindowOptions options = showing("breast:vertices=500");
+    options.save = folder.path;
+    Window window(options);
+    window.frame();
+    press(window, GLFW_KEY_B);
+    press(window, GLFW_KEY_B);
+    EXPECT_TRUE(window.panel().ball.capsule);
+    point_at(window, facing(window));
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, true, 0);
+    for (int n = 0; n < 10; ++n) window.scroll(1);
+    settle(window, 0.3);
+    ASSERT_EQ(window.snapshot().bodies[0].tools.size(), 1u);
+    EXPECT_GT(window.snapshot().bodies[0].tools[0].tool.length, 0);
+    EXPECT_GT(window.snapshot().bodies[0].tools[0].newton.dot(-window.camera().back()), 0);
+    const Vector from = window.snapshot().bodies[0].tools[0].pose().position;
+    const auto [x, y] = window.on_screen(facing(window));
+    for (int n = 0; n < 10; ++n) {
+        window.mouse_move(x + 5 * n, y);
+        settle(window, 0.02);
+    }
+    settle(window, 0.2);
+    EXPECT_GT((window.snapshot().bodies[0].tools.at(0).pose().position - from).dot(window.camera().right()),
+              0.1);
+    press(window, GLFW_KEY_F4);
+    ASSERT_TRUE(until(window, [&] { return said(window, ".toml"); })) << window.message();
+    press(window, GLFW_KEY_G);
+    settle(window, 0.1);
+    press(window, GLFW_KEY_Z);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().bodies[0].tools.empty(); })) << "undo";
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, false, 0);
+    settle(window, 0.05);
+    press(window, GLFW_KEY_F5);
+    ASSERT_TRUE(until(window, [&] { return said(window, ".session"); })) << window.message();
+    const Recording recording = read_recording(the_only_file(folder.path, ".session"));
+    EXPECT_GT(recording.inputs.size(), 10u);
+    EXPECT_EQ(replay(recording)->hash(), recording.hash);
+    EXPECT_EQ(read_scene(the_only_file(folder.path, ".toml")).tools.size(), 1u);
+}
+
+TEST(Window, TwoBodiesFeelTheBallAndKeepTheirOwnScheme) {
+    NEED_DISPLAY();
+    WindowOptions options = showing("breast:vertices=400");
+    options.open.compare = {Scheme::B, Scheme::C};
+    Window window(options);
+    window.frame();
+    press(window, GLFW_KEY_B);
+    point_at(window, facing(window));
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, true, 0);
+    for (int n = 0; n < 10; ++n) window.scroll(1);
+    settle(window, 0.4);
+    for (const BodySnapshot& body : window.snapshot().bodies) {
+        ASSERT_EQ(body.tools.size(), 1u);
+        EXPECT_GT(body.tools[0].newton.norm(), 0);
+    }
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, false, 0);
+    press(window, GLFW_KEY_X);
+    press(window, GLFW_KEY_1);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().bodies[0].scheme == Scheme::A; }));
+    EXPECT_EQ(window.snapshot().bodies[1].scheme, Scheme::C);
+    press(window, GLFW_KEY_X);
+    press(window, GLFW_KEY_2);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().bodies[1].scheme == Scheme::B; }));
+    EXPECT_EQ(window.snapshot().bodies[0].scheme, Scheme::A);
+    press(window, GLFW_KEY_X);
+    press(window, GLFW_KEY_3);
+    ASSERT_TRUE(until(window, [&] {
+        return window.snapshot().bodies[0].scheme == Scheme::C &&
+               window.snapshot().bodies[1].scheme == Scheme::C;
+    }));
+}
+
 TEST(Window, TheSurfaceIsTakenHoldOfAndFollowsTheMouse) {
     NEED_DISPLAY();
     Window window(showing("sphere:vertices=800"));
@@ -311,16 +432,40 @@ TEST(Window, ABrokenFileIsSaidAndTheWindowStays) {
     window.frame();
     for (const char* name : {"broken.obj", "broken.toml", "broken.session", "missing.ply"}) {
         window.drop({(folder.path / name).string()});
-        EXPECT_TRUE(said(window, name)) << window.message();
+        EXPECT_TRUE(until(window, [&] { return said(window, name); })) << window.message();
         EXPECT_TRUE(window.frame());
         EXPECT_EQ(window.snapshot().bodies[0].surface->name.substr(0, 6), "sphere");
     }
     window.drop({folder.path.string()});  // a folder without frames
-    EXPECT_TRUE(said(window, "frames.pvd")) << window.message();
+    EXPECT_TRUE(until(window, [&] { return said(window, "frames.pvd"); })) << window.message();
     window.drop({(folder.path / "good.obj").string()});
+    EXPECT_TRUE(until(window, [&] { return said(window, "good.obj"); })) << window.message();
     settle(window, 0.05);
-    EXPECT_TRUE(said(window, "good.obj")) << window.message();
     EXPECT_NE(window.snapshot().bodies[0].surface->name.substr(0, 6), "sphere");
+}
+
+// A large file is read in a thread: the body shown goes on meanwhile, and a second file has to wait.
+TEST(Window, GoesOnWhileAFileIsOpened) {
+    NEED_DISPLAY();
+    const TemporaryFolder folder("large");
+    write_whole(folder.path / "large.obj", to_obj(make_shape("torus:vertices=40000")));
+    Window window(showing("sphere:vertices=200"));
+    settle(window, 0.05);
+    const auto vertices = [&] { return window.snapshot().bodies[0].u.size(); };
+    const std::size_t before = vertices();
+    const auto ticks = window.snapshot().ticks;
+    const Image quiet = window.keep_picture();
+    window.drop({(folder.path / "large.obj").string()});
+    EXPECT_EQ(vertices(), before) << "dropping does not wait";
+    window.frame();  // measures the text
+    const Image opening = window.keep_picture();
+    EXPECT_GT(difference(quiet, opening), 0.01) << "it is said";
+    window.drop({"sphere"});
+    EXPECT_TRUE(said(window, "still being opened")) << window.message();
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().ticks > ticks + 3 || vertices() != before; }));
+    EXPECT_EQ(vertices(), before) << "the sphere goes on meanwhile";
+    ASSERT_TRUE(until(window, [&] { return vertices() != before; }));
+    EXPECT_GT(vertices(), 30000u);
 }
 
 TEST(Window, FollowsItsSize) {
