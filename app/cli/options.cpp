@@ -66,11 +66,12 @@ void add_motion_options(CLI::App& app, MotionArguments& o) {
                    "held or moved vertices: 'near=[x,y,z], radius=R' or 'vertices=[i,j]', "
                    "path=[[t,dx,dy,dz],...]; repeatable")
         ->type_name("SPEC");
-    app.add_option(
-           "--refine", o.refine,
-           "refine during the run: 'edge_share=S' around each force with a radius while it acts, "
-           "until no edge is longer than S of that radius; or 'at=T, near=[x,y,z], radius=R, levels=N' "
-           "[s, m]; repeatable")
+    app.add_option("--refine", o.refine,
+                   "refine during the run: 'edge_share=S' around each force with a radius while it acts, "
+                   "until no edge is longer than S of that radius; or 'tool_share=S' under and around each "
+                   "tool, until no "
+                   "edge is longer than S of its radius; or 'at=T, near=[x,y,z], radius=R, levels=N' "
+                   "[s, m]; repeatable")
         ->type_name("SPEC");
     app.add_option(
            "--tool", o.tools,

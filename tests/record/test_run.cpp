@@ -158,6 +158,34 @@ TEST(Run, RefinedRunsResumeToTheSameBits) {
     }
 }
 
+// Where the mesh follows a tool it depends on the motion; what was seen of it is saved with the state.
+TEST(Run, RefinementFollowsAToolAndResumesToTheSameBits) {
+    for (bool free : {false, true}) {
+        TemporaryFolder whole("tool-whole"), parts("tool-parts");
+        Scene scene = pushed_sphere();
+        scene.free = free;
+        scene.gravity = Vector::Zero();
+        scene.forces.clear();
+        scene.tools = {
+            parse_tool("radius = 0.3, friction = 0.3, path = [[0, 0, 0, 1.6], [0.1, 0, 0, 1.15], "
+                       "[0.2, 0.1, 0, 1.15], [0.25, 0.1, 0, 2]]")};
+        scene.refine = {parse_refine("tool_share = 0.3")};
+        scene.duration = 0.3;
+        const Summary through = run(scene, {.directory = whole.path});
+        EXPECT_EQ(through.failure, "");
+        EXPECT_GE(through.refinements, 3);
+        EXPECT_EQ(through.vertices_last, through.subject.vertices);
+        for (double pause : {0.05, 0.13, 0.25}) {
+            scene.duration = pause;
+            run(scene, {.directory = parts.path});
+            scene.duration = 0.3;
+            const Summary resumed = run(scene, {.directory = parts.path, .resume = true});
+            EXPECT_EQ(through.state_hash, resumed.state_hash) << pause;
+            EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
+        }
+    }
+}
+
 // Refined while the force acts: no edge around it is longer than asked for; as it was once it has gone.
 TEST(Run, RefinementFollowsAForceAndIsUndone) {
     TemporaryFolder folder("refine-follow");

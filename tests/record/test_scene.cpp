@@ -80,6 +80,10 @@ levels = 2
 [[refine]]
 edge_share = 0.25
 
+[[refine]]
+tool_share = 0.2
+levels = 4
+
 [[tool]]
 name = "finger"
 radius = 0.3
@@ -192,6 +196,7 @@ void expect_same(const Scene& a, const Scene& b) {
         EXPECT_TRUE(same(a.refine[n].near, b.refine[n].near));
         EXPECT_TRUE(same(a.refine[n].radius, b.refine[n].radius));
         EXPECT_TRUE(same(a.refine[n].edge_share, b.refine[n].edge_share));
+        EXPECT_TRUE(same(a.refine[n].tool_share, b.refine[n].tool_share));
         EXPECT_EQ(a.refine[n].levels, b.refine[n].levels);
     }
     ASSERT_EQ(a.tools.size(), b.tools.size());
@@ -480,10 +485,10 @@ TEST(Scene, ErrorsNameLineKeyAndRemedy) {
         {"[[pin]]\nvertices = [1.5]", "s.toml:2: vertices in [[pin]] must be a whole number"},
         {"[[pin]]\nvertices = [1]\npath = [[0,0,0]]",
          "s.toml:3: path in [[pin]] must be [time_s, dx, dy, dz]"},
-        {"[[refine]]\nradius = 1", "s.toml:1: [[refine]] needs exactly one of at and edge_share"},
+        {"[[refine]]\nradius = 1", "s.toml:1: [[refine]] needs exactly one of at, edge_share and tool_share"},
         {"[[refine]]\nat = 1", "s.toml:1: [[refine]] with at needs exactly one of vertex and near"},
         {"[[refine]]\nedge_share = 0.2\nnear = [0,0,0]",
-         "s.toml:3: near in [[refine]] goes with at; edge_share follows the forces"},
+         "s.toml:3: near in [[refine]] goes with at; edge_share follows the forces, tool_share the tools"},
         {"[[refine]]\nedge_share = 0", "s.toml:2: edge_share in [[refine]] is 0; it must be positive"},
         {"[[refine]]\nedge_share = 0.2\nlevels = 11",
          "s.toml:3: levels in [[refine]] is 11; it must be from 1 to 10"},

@@ -123,6 +123,45 @@ TEST(Contact, ABallIsABallWhateverItIsMadeOf) {
     EXPECT_NEAR(faceted.z() / ball.z(), 1, 3 * 0.0016 / d);
 }
 
+// Few triangles near a ball answer for all points in it, with the same bits as the whole field.
+TEST(Contact, TheTrianglesNearABallAnswerForIt) {
+    SurfaceMesh mesh = make_shape("organ:vertices=2000");
+    const DistanceField field = build_distance_field(mesh);
+    Random random(3);
+    int answered = 0;
+    for (int n = 0; n < 300; ++n) {
+        const Vector centre = mesh.positions[std::size_t(n) * 6] + 0.02 * random_vector(random);
+        const NearTriangles few =
+            triangles_near(field, centre, std::abs(nearest(field, centre).distance) + 0.04 * n / 300);
+        for (int k = 0; k < 20; ++k) {
+            const Vector p = centre + 0.02 * random_vector(random);
+            const Nearest whole = nearest(field, p);
+            const double within = std::abs(whole.distance) * (1 + 1e-9) + 1e-12;
+            if (!few.answer(p, within)) continue;
+            ++answered;
+            const Nearest quick = nearest(field, few, p, within);
+            EXPECT_EQ(quick.distance, whole.distance);
+            EXPECT_EQ(quick.normal, whole.normal);
+        }
+    }
+    EXPECT_GT(answered, 500);
+}
+
+// A smooth and fine mesh is met at the body's vertices alone, a box at its corners and sides too.
+TEST(Contact, SharpCornersOfAMeshAreAlwaysProbed) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    const Probes ball = probes_of(mesh_tool(make_shape("icosphere:vertices=2562"), {}), 1);
+    const Probes cube = probes_of(mesh_tool(support::box({1, 1, 1}, 0.25), {}), 1);
+    ASSERT_EQ(ball.fine_side.size(), ball.centres.size());
+    ASSERT_EQ(cube.fine_side.size(), cube.centres.size());
+    for (double side : ball.fine_side) EXPECT_NEAR(side, 0.25, 0.02);  // as of the sphere
+    for (std::size_t n = 0; n < cube.centres.size(); ++n) {
+        const Vector x = cube.centres[n].cwiseAbs();
+        const int faces = (x.array() > 0.5 - 1e-9).count();
+        EXPECT_EQ(cube.fine_side[n], faces > 1 ? 0 : infinity) << x.transpose();
+    }
+}
+
 TEST(Contact, ThePressureOnTheSphereIsItsStiffnessTimesTheDepth) {
     const Body body = winkler_sphere();
     const double d = 0.05;

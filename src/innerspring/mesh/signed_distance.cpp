@@ -67,43 +67,89 @@ DistanceField build_distance_field(SurfaceMesh mesh) {
     return field;
 }
 
+namespace {
+
+double distance2(const Box& box, const Vector& p) {
+    return (box.lower - p).cwiseMax(p - box.upper).cwiseMax(0).squaredNorm();
+}
+
+/// The nearest of the triangles it is shown; of equals that with the lowest index.
+struct Search {
+    const DistanceField& field;
+    const Vector& p;
+    double best;  ///< squared [m^2]
+    Index triangle = no_index;
+    OnTriangle on{Vector::Zero(), {}};
+
+    Search(const DistanceField& f, const Vector& point, double within)
+        : field(f),
+          p(point),
+          best(within < 1e150 ? within * within : std::numeric_limits<double>::infinity()) {}
+
+    void look_at(Index t) {
+        const Triangle& corners = field.mesh.triangles[t];
+        const auto& x = field.mesh.positions;
+        const OnTriangle q = nearest_on_triangle(p, x[corners[0]], x[corners[1]], x[corners[2]]);
+        const double d2 = (p - q.point).squaredNorm();
+        if (d2 < best || (d2 == best && t < triangle)) best = d2, triangle = t, on = q;
+    }
+    Nearest result() const;
+};
+
+}  // namespace
+
+NearTriangles triangles_near(const DistanceField& field, const Vector& centre, double radius) {
+    NearTriangles few{centre, radius, 0, {}};
+    const Vector reach = Vector::Constant(radius);
+    for_each_overlap(field.tree, {centre - reach, centre + reach}, [&](Index t) {
+        const Triangle& c = field.mesh.triangles[t];
+        const auto& x = field.mesh.positions;
+        const Vector q = nearest_on_triangle(centre, x[c[0]], x[c[1]], x[c[2]]).point;
+        if ((q - centre).squaredNorm() > radius * radius) return true;
+        if (few.count == few.triangles.size())
+            few.radius = -1;
+        else
+            few.triangles[few.count++] = t;
+        return few.radius >= 0;
+    });
+    return few;
+}
+
+Nearest nearest(const DistanceField& field, const NearTriangles& few, const Vector& p, double within) {
+    Search search(field, p, within);
+    for (Index n = 0; n < few.count; ++n) search.look_at(few.triangles[n]);
+    return search.result();
+}
+
 Nearest nearest(const DistanceField& field, const Vector& p, double within) {
     const auto& nodes = field.tree.nodes;
-    const auto distance2 = [&p](const Box& box) {
-        return (box.lower - p).cwiseMax(p - box.upper).cwiseMax(0).squaredNorm();
-    };
-    double best = within < 1e150 ? within * within : std::numeric_limits<double>::infinity();
-    Index triangle = no_index;
-    OnTriangle on{p, {}};
+    Search search(field, p, within);
     struct Entry {
         Index node;
         double distance2;
     };
     std::array<Entry, 128> stack;
     std::size_t top = 0;
-    if (!nodes.empty()) stack[top++] = {0, distance2(nodes[0].box)};
+    if (!nodes.empty()) stack[top++] = {0, distance2(nodes[0].box, p)};
     while (top > 0) {
         const Entry entry = stack[--top];
-        if (!(entry.distance2 <= best)) continue;
+        if (!(entry.distance2 <= search.best)) continue;
         const BoxTree::Node& node = nodes[entry.node];
         if (node.count == 0) {
-            const Entry a{node.first, distance2(nodes[node.first].box)},
-                b{node.first + 1, distance2(nodes[node.first + 1].box)};
+            const Entry a{node.first, distance2(nodes[node.first].box, p)},
+                b{node.first + 1, distance2(nodes[node.first + 1].box, p)};
             const bool a_first = a.distance2 <= b.distance2;
             stack[top++] = a_first ? b : a;
             stack[top++] = a_first ? a : b;
             continue;
         }
-        for (Index slot = node.first; slot < node.first + node.count; ++slot) {
-            if (!(distance2(field.tree.boxes[slot]) <= best)) continue;
-            const Index t = field.tree.items[slot];
-            const Triangle& corners = field.mesh.triangles[t];
-            const auto& x = field.mesh.positions;
-            const OnTriangle q = nearest_on_triangle(p, x[corners[0]], x[corners[1]], x[corners[2]]);
-            const double d2 = (p - q.point).squaredNorm();
-            if (d2 < best || (d2 == best && t < triangle)) best = d2, triangle = t, on = q;
-        }
+        for (Index slot = node.first; slot < node.first + node.count; ++slot)
+            if (distance2(field.tree.boxes[slot], p) <= search.best) search.look_at(field.tree.items[slot]);
     }
+    return search.result();
+}
+
+Nearest Search::result() const {
     if (triangle == no_index) return {};
     const Triangle& corners = field.mesh.triangles[triangle];
     Vector outward;

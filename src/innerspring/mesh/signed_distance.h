@@ -39,4 +39,18 @@ struct Nearest {
 Nearest nearest(const DistanceField& field, const Vector& p,
                 double within = std::numeric_limits<double>::infinity());
 
+/// The triangles within `radius` of a centre [m], if they are few: for many points in the ball one search.
+struct NearTriangles {
+    Vector centre = Vector::Zero();
+    double radius = -1;  ///< < 0: they are too many, ask the field
+    Index count = 0;
+    std::array<Index, 12> triangles;
+    /// Whether the nearest is among them for a point that is at most `distance` from the surface.
+    bool answer(const Vector& p, double distance) const { return (p - centre).norm() + distance <= radius; }
+};
+NearTriangles triangles_near(const DistanceField& field, const Vector& centre, double radius);
+
+/// The same as without `few`, to the last bit, where they answer(p, within).
+Nearest nearest(const DistanceField& field, const NearTriangles& few, const Vector& p, double within);
+
 }  // namespace innerspring

@@ -59,6 +59,13 @@ void Subdivision::reserve(std::size_t vertices) {
     families_.reserve(families_.size() + vertices);
 }
 
+int Subdivision::depth(Index triangle) const {
+    int depth = 0;
+    for (Index node = nodes_[triangle_node_[triangle]].parent; node != no_index; node = nodes_[node].parent)
+        ++depth;
+    return depth;
+}
+
 int Subdivision::cut_sides(Index node) const {
     int cut = 0;
     for (Index e : nodes_[node].edges) cut += edges_[e].middle != no_index;

@@ -54,6 +54,10 @@ class Subdivision {
     /// Takes back the last split.
     SurfaceChange undo_split(SurfaceMesh& mesh);
 
+    /// How often the triangle of the first surface that this one lies in was split around it; the cut of a
+    /// green one does not count.
+    int depth(Index triangle) const;
+
     /// Triangles that are split now.
     std::size_t families() const { return families_.size(); }
 

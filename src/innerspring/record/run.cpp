@@ -184,6 +184,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
                 "{}: holds a run of another scene; only the duration and the threads may change on --resume",
                 (options.directory / "state.bin").string()));
         // The mesh as it was then: what was due before each step taken, on a body at rest.
+        refiner.replay(std::move(saved.views), saved.state.time);
         for (std::uint64_t s = 0; s < saved.state.steps; ++s) refine_before_step(double(s) * scene.step.dt);
         if (saved.state.x.size() != body.vertices())
             throw InputError(fmt::format(
@@ -276,7 +277,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
                                   rows.back().volume_variation_percent});
             }
             if (seconds_since(saved) > 2) {
-                writer.checkpoint({hash, watch.put_in(), state}, rows);
+                writer.checkpoint({hash, watch.put_in(), state, refiner.views()}, rows);
                 saved = Clock::now();
             }
             summary.stopped = options.stop && options.stop->load();
@@ -294,7 +295,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
 
     // The last frame is always there, also where `every` does not meet it.
     writer.frame(state);
-    writer.checkpoint({hash, put_in, state}, rows);
+    writer.checkpoint({hash, put_in, state, refiner.views()}, rows);
 
     summary.integrator = workspace.integrator();
     summary.precision = workspace.precision();

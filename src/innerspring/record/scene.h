@@ -31,7 +31,8 @@ struct ScenePin {
     std::vector<std::pair<double, Vector>> path;  ///< [[time_s, dx, dy, dz], ...] in metres
 };
 
-/// Refinement during the run: one [[refine]] table. Either at (with vertex or near) or edge_share.
+/// Refinement during the run: one [[refine]] table. One of at (with vertex or near), edge_share and
+/// tool_share.
 struct SceneRefine {
     std::optional<double> at;            ///< [s]: once, around vertex or near
     std::optional<std::int64_t> vertex;  ///< index in the welded mesh
@@ -39,7 +40,9 @@ struct SceneRefine {
     double radius = 0;                   ///< [m] from that vertex, straight through space
     std::optional<double> edge_share;  ///< around patch forces while they act: no edge longer than this share
                                        ///< of the radius of influence
-    int levels = 1;                    ///< with edge_share: at most so many
+    std::optional<double> tool_share;  ///< under and around tools: no edge longer than this share of their
+                                       ///< radius
+    int levels = 1;                    ///< without at: at most so many
 };
 
 /// A rigid thing that touches the body: one [[tool]] table. Exactly one of radius (a sphere, with length a

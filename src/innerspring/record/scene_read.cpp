@@ -105,16 +105,19 @@ ScenePin read_pin(const Table& t) {
 
 SceneRefine read_refine(const Table& t) {
     SceneRefine r;
-    if (!t.find("at") == !t.find("edge_share")) t.refuse("needs exactly one of at and edge_share");
+    if (bool(t.find("at")) + bool(t.find("edge_share")) + bool(t.find("tool_share")) != 1)
+        t.refuse("needs exactly one of at, edge_share and tool_share");
     if (t.find("at") && !t.find("vertex") == !t.find("near"))
         t.refuse("with at needs exactly one of vertex and near");
     for (const char* key : {"vertex", "near", "radius"})
-        if (t.find(key) && !t.find("at")) t.refuse(key, "goes with at; edge_share follows the forces");
+        if (t.find(key) && !t.find("at"))
+            t.refuse(key, "goes with at; edge_share follows the forces, tool_share the tools");
     if (t.find("at")) t.read("at", r.at, Range::not_negative);
     if (t.find("vertex")) t.read("vertex", r.vertex.emplace(), 0, largest_vertex);
     t.read("near", r.near);
     t.read("radius", r.radius, Range::not_negative);
     t.read("edge_share", r.edge_share, Range::positive);
+    t.read("tool_share", r.tool_share, Range::positive);
     if (!r.at) r.levels = 3;
     t.read("levels", r.levels, 1, most_levels);
     return r;

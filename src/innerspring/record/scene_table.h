@@ -70,7 +70,7 @@ inline const std::array<Section, 8>& sections() {
         {"[[force]]",
          {"name", "vertex", "near", "newton", "inward", "radius", "start", "end", "ramp", "profile"}},
         {"[[pin]]", {"vertices", "near", "radius", "path"}},
-        {"[[refine]]", {"at", "vertex", "near", "radius", "edge_share", "levels"}},
+        {"[[refine]]", {"at", "vertex", "near", "radius", "edge_share", "tool_share", "levels"}},
         {"[[tool]]",
          {"name", "radius", "length", "mesh", "scale", "normal", "axis", "friction", "at", "path"}},
     }};

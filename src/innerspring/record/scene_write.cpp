@@ -95,6 +95,8 @@ void write(std::string& out, const SceneRefine& r) {
         if (r.vertex) out += fmt::format("vertex = {}\n", *r.vertex);
         if (r.near) out += fmt::format("near = {}\n", list(*r.near));
         out += fmt::format("radius = {}\n", real(r.radius));
+    } else if (r.tool_share) {
+        out += fmt::format("tool_share = {}\n", real(*r.tool_share));
     } else {
         out += fmt::format("edge_share = {}\n", real(r.edge_share.value_or(0)));
     }

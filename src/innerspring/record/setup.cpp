@@ -158,7 +158,8 @@ Setup set_up(const Scene& scene) {
         if (t.name.empty()) setup.loads.tools.back().name = fmt::format("tool{}", setup.loads.tools.size());
     }
     for (const SceneRefine& r : scene.refine) {
-        RefineRule rule{r.at, Vector::Zero(), r.radius, r.edge_share.value_or(0), r.levels};
+        RefineRule rule{r.at,     Vector::Zero(),          r.radius, r.edge_share.value_or(0),
+                        r.levels, r.tool_share.value_or(0)};
         if (r.vertex)
             rule.place = setup.body.rest.positions[existing_vertex(*r.vertex, setup.body, "refine")];
         if (r.near)

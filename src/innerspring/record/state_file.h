@@ -1,7 +1,7 @@
 #pragma once
 #include <filesystem>
 
-#include "innerspring/sim/state.h"
+#include "innerspring/sim/refiner.h"
 
 namespace innerspring {
 
@@ -10,6 +10,7 @@ struct SavedState {
     std::uint64_t scene_hash = 0;  ///< of the resolved scene, duration left out
     double energy_bound = 0;       ///< the watch's account of energy so far [J]
     State state;
+    std::vector<ToolView> views;  ///< the Refiner's
 };
 
 std::uint64_t text_hash(std::string_view text);

@@ -61,7 +61,16 @@ void Contact::meet(const Tool& tool, const VertexPair& pair, double h) {
             (pair.distance - touch_) * (pair.distance - touch_) &&
         pair.distance > touch_)
         return;
-    const Nearest from = nearest(tool, a), to = nearest(tool, b);
+    // A distance changes by no more than the way.
+    const double slack = 1e-9 * data.bound;
+    const auto measure = [&](const Vector& p, double within) {
+        if (tool.shape == ToolShape::mesh)
+            if (const NearTriangles& few = seen_[pair.seen].few; few.answer(p, within))
+                return nearest(*tool.mesh, few, p, within);
+        return nearest(tool, p, within);
+    };
+    const Nearest from = measure(a, std::abs(pair.distance) + (a - pair.local).norm() + slack),
+                  to = measure(b, std::abs(from.distance) + (b - a).norm() + slack);
     const bool touching = from.distance <= touch_;
     Vector at = b - to.distance * to.normal, normal = to.normal;
     if (!touching) {

@@ -43,10 +43,10 @@ struct Candidate {
 /// lie in a tool is brought to the tool's surface: for the plane n . (x - p) = 0 that touches it there,
 ///     n . v' >= n . (p - x) / h,   or n . v_tool if the vertex already touched,
 /// by an impulse j_n n >= 0, with Coulomb friction |j_t| <= mu j_n against the velocity along the surface.
-/// Where triangles are large beside the tool (a side longer than a quarter of the radius; always for a mesh)
-/// the same holds for points of a face, x = sum_k w_k x_k, against balls in the tool (its probes), the
-/// impulse acting on the corners by w_k. One vertex at one tool is solved at once, all else by sweeps of
-/// projected Gauss-Seidel in fixed order, with conjugate directions between them.
+/// Where triangles are large beside the tool (a side longer than a quarter of the radius, of the corner's or
+/// side's of a mesh) the same holds for points of a face, x = sum_k w_k x_k, against balls in the tool (its
+/// probes), the impulse acting on the corners by w_k. One vertex at one tool is solved at once, all else by
+/// sweeps of projected Gauss-Seidel in fixed order, with conjugate directions between them.
 ///
 /// The force is impulse over time: that on the tools is minus the sum of those on the vertices, and at rest
 /// it is what the springs pull with. Nothing is kept from one step to the next, so that State says all. Paths
@@ -98,14 +98,23 @@ class Contact {
         double radius = -1, length = -1;
         Probes probes;
         BoxTree probe_tree;
+        double fine_side = 0;     ///< the least of the probes' [m]
         double bound = 0;         ///< of the ball about the origin that holds the tool [m]
         double sweep = 0;         ///< how far its points move in this step [m]
         double turn = 0;          ///< the angle [1]
         Placed start, now, next;  ///< at the start of the step, before and after the sub-step
         Placed back;              ///< from after the sub-step to before
     };
+    struct Seen {
+        Index vertex, tool;
+        bool exact;       ///< else the distance is at least
+        Vector local;     ///< in the tool's frame [m]
+        double distance;  ///< [m]
+        NearTriangles few;
+    };
     struct VertexPair {
         Index candidate, tool;
+        Index seen;       ///< of a mesh
         double distance;  ///< at the start of the step [m]
         Vector local;     ///< there, in the tool's frame
     };
@@ -134,6 +143,7 @@ class Contact {
     void find(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
               double dt, double h);
     void narrow(const Body& body, const Loads& loads);
+    double to_mesh(const DistanceField& mesh, Index i, Index tool, const Vector& local, double near);
     Index candidate(const Body& body, Index vertex);
     void meet(const Tool& tool, const VertexPair& pair, double h);
     void meet(const FacePair& pair, double h);
@@ -150,6 +160,8 @@ class Contact {
     std::vector<Vector> x_;                          ///< of those, then of the corners of these [m]
     std::vector<Index> candidate_of_;                ///< per vertex
     std::vector<bool> pinned_;                       ///< per vertex
+    std::vector<Seen> seen_, seen_before_;           ///< of meshes: in this step and the one before
+    std::vector<Index> seen_of_;                     ///< per vertex: where in there it is, or was
     std::vector<Candidate> candidates_;
     std::vector<ToolData> tools_;
     std::vector<VertexPair> pairs_;

@@ -8,10 +8,6 @@ namespace innerspring {
 
 namespace {
 
-/// Faces are looked at where a side is longer than this share of a probe's radius: below it a sphere passes
-/// between the vertices by at most 1 % of its radius.
-constexpr double fine_side = 0.25;
-
 Box grown(const Box& box, double by) {
     return {box.lower - Vector::Constant(by), box.upper + Vector::Constant(by)};
 }
@@ -72,9 +68,11 @@ void Contact::prepare(const Body& body, const Loads& loads, double time, double 
         faces_tree_ = build_box_tree(boxes);
         vertex_tree_ = build_point_tree(x, 8);
         largest_side_ = *std::max_element(longest_.begin(), longest_.end());
-        candidate_of_.assign(n, no_index), pinned_.assign(n, false);
+        candidate_of_.assign(n, no_index), seen_of_.assign(n, no_index), pinned_.assign(n, false);
+        seen_.clear();
         // Pages that are not written to cost nothing.
-        candidates_.clear(), candidates_.reserve(n), found_.reserve(n), pairs_.reserve(n), points_.reserve(n);
+        candidates_.clear(), candidates_.reserve(n), found_.reserve(n), seen_.reserve(n),
+            seen_before_.reserve(n), pairs_.reserve(n), points_.reserve(n);
         found_faces_.reserve(2 * n), faces_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n),
             steps_.reserve(n);
         tools_.clear();
@@ -89,6 +87,9 @@ void Contact::prepare(const Body& body, const Loads& loads, double time, double 
             data.key = tool.mesh.get(), data.radius = tool.radius, data.length = tool.length;
             data.bound = tool.shape == ToolShape::mesh ? tool.mesh->radius : tool.radius + tool.length / 2;
             data.probes = probes_of(tool, std::max(mean_side_ / 2, data.bound / 64));
+            data.fine_side = std::numeric_limits<double>::infinity();
+            for (double side : data.probes.fine_side) data.fine_side = std::min(data.fine_side, side);
+            seen_.clear();
             data.probe_tree = build_point_tree(data.probes.centres, 4);
         }
         data.start = data.next = placed(tool, time);
@@ -146,8 +147,7 @@ void Contact::find(const Body& body, const Loads& loads, const Motion& motion, d
             return apart.squaredNorm() <= (radius + reach) * (radius + reach);
         };
         for_each_near(vertex_tree_, near, [&](Index i) { found_.push_back({i, k}); });
-        const double coarse = data.probes.centres.empty() ? std::numeric_limits<double>::infinity()
-                                                          : fine_side * data.probes.radius;
+        const double coarse = data.fine_side;
         if (largest_side_ > coarse)
             for_each_near(faces_tree_, near, [&](Index t) {
                 if (longest_[t] > coarse) found_faces_.push_back({t, k});
@@ -155,9 +155,44 @@ void Contact::find(const Body& body, const Loads& loads, const Motion& motion, d
     }
 }
 
+/// The distance of a vertex to a mesh [m], any greater one where it is more than `near`. What was seen in the
+/// step before bounds it on both sides and so saves most of the search, or all; it does not change the
+/// result.
+double Contact::to_mesh(const DistanceField& mesh, Index i, Index tool, const Vector& local, double near) {
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    // Inside the mesh it counts however deep it is.
+    double within = overlap(mesh.tree.nodes[0].box, {local, local}) ? infinity : near;
+    Index& place = seen_of_[i];
+    double least = -infinity;
+    NearTriangles few;
+    if (place < seen_before_.size() && seen_before_[place].vertex == i && seen_before_[place].tool == tool) {
+        const Seen& before = seen_before_[place];
+        const double moved = (local - before.local).norm() + 1e-9 * mesh.radius;
+        least = before.distance - moved;
+        few = before.few;
+        if (before.exact) within = std::min(within, std::abs(before.distance) + moved);
+    }
+    place = Index(seen_.size());
+    if (least > near) {
+        seen_.push_back({i, tool, false, local, least, few});
+        return infinity;
+    }
+    const bool answered = few.answer(local, within);
+    const double distance =
+        (answered ? nearest(mesh, few, local, within) : nearest(mesh, local, within)).distance;
+    const bool exact = distance < infinity;
+    // For the sub-steps of this step, and the next steps while it stays near.
+    if (exact && distance <= near && !few.answer(local, std::abs(distance) + near))
+        few = triangles_near(mesh, local, std::abs(distance) + 2 * near);
+    seen_.push_back({i, tool, exact, local, exact ? distance : near, few});
+    return distance;
+}
+
 /// Of those the ones that are near where the body is now become candidates.
 void Contact::narrow(const Body& body, const Loads& loads) {
     candidates_.clear(), pairs_.clear(), faces_.clear();
+    seen_before_.swap(seen_);
+    seen_.clear();
     for (const Pin& pin : loads.pins)
         for (Index i : pin.vertices) pinned_[i] = true;
     const Vector* x = x_.data();
@@ -167,15 +202,12 @@ void Contact::narrow(const Body& body, const Loads& loads) {
         const Vector local = data.start.local(*x);
         double near = reach_ + data.sweep + 2 * touch_;
         if (tool.shape == ToolShape::plane) near += data.turn * local.norm();
-        double within = near;
-        // Inside a mesh it counts however deep it is.
-        if (tool.shape == ToolShape::mesh && overlap(tool.mesh->tree.nodes[0].box, {local, local}))
-            within = std::numeric_limits<double>::infinity();
-        const double distance = nearest(tool, local, within).distance;
+        const double distance = tool.shape == ToolShape::mesh ? to_mesh(*tool.mesh, i, k, local, near)
+                                                              : nearest(tool, local).distance;
         if (distance <= near && !pinned_[i]) {
             const Index c = candidate(body, i);
             candidates_[c].start = *x;
-            pairs_.push_back({c, k, distance, local});
+            pairs_.push_back({c, k, seen_of_[i], distance, local});
         }
         ++x;
     }
@@ -190,6 +222,7 @@ void Contact::narrow(const Body& body, const Loads& loads) {
         const Box box = grown({local, local}, size + within);
         const auto in_box = [&box](const Box& other) { return overlap(other, box); };
         for_each_near(data.probe_tree, in_box, [&, t = t, k = k](Index probe) {
+            if (longest_[t] <= data.probes.fine_side[probe]) return;
             const Vector s = data.start.world(data.probes.centres[probe]);
             const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
             if (distance > within) return;

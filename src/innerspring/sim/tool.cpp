@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "innerspring/mesh/error.h"
+#include "innerspring/mesh/topology.h"
 
 namespace innerspring {
 
@@ -49,8 +50,31 @@ void move_to(Tool& tool, double time, double dt, const Pose& target) {
     tool.path[1] = {time + dt, target};
 }
 
+namespace {
+
+/// A sphere passes between vertices half a side s apart by s^2 / (8 r): with s up to this share of its radius
+/// that is at most 1 % of it.
+constexpr double fine_share = 0.25;
+
+/// Steeper than this (a sine) a corner or side of a mesh is sharp: it has to be met at itself.
+constexpr double sharp = 0.125;
+
+/// The same for a point of a mesh with the normal n from which the surface falls to its neighbours as a
+/// sphere of radius L^2 / (2 drop) would, L their distance.
+double fine_side_at(const Vector& x, const Vector& n, std::span<const Vector> neighbours) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Vector& w : neighbours) {
+        const double L = (w - x).norm(), drop = -n.dot(w - x);
+        if (drop > sharp * L) return 0;
+        if (drop > 0) least = std::min(least, fine_share * L * L / (2 * drop));
+    }
+    return least;
+}
+
+}  // namespace
+
 Probes probes_of(const Tool& tool, double spacing) {
-    Probes probes{{}, tool.radius};
+    Probes probes{{}, tool.radius, {}};
     const auto along = [&](const Vector& a, const Vector& b, double step) {  // between the ends
         const double pieces = std::clamp(std::ceil((b - a).norm() / step), 1.0, 1000.0);
         for (double n = 1; n < pieces; ++n) probes.centres.push_back(a + n / pieces * (b - a));
@@ -71,14 +95,34 @@ Probes probes_of(const Tool& tool, double spacing) {
         case ToolShape::mesh: {
             const SurfaceMesh& mesh = tool.mesh->mesh;
             probes.radius = 0;
-            probes.centres = mesh.positions;
-            for (const Triangle& t : mesh.triangles)
-                for (int k = 0; k < 3; ++k)
-                    if (t[k] < t[(k + 1) % 3])
-                        along(mesh.positions[t[k]], mesh.positions[t[(k + 1) % 3]], spacing);
-            break;
+            const auto& x = mesh.positions;
+            probes.centres = x;
+            const Topology topology = build_topology(x.size(), mesh.triangles);
+            std::vector<std::vector<Vector>> around(x.size());
+            for (const Edge& e : topology.edges) around[e.a].push_back(x[e.b]), around[e.b].push_back(x[e.a]);
+            for (std::size_t i = 0; i < x.size(); ++i)
+                probes.fine_side.push_back(
+                    fine_side_at(x[i], tool.mesh->corner_normals[i].stableNormalized(), around[i]));
+            for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+                for (int k = 0; k < 3; ++k) {
+                    const Triangle& c = mesh.triangles[t];
+                    const Vector &a = x[c[k]], &b = x[c[(k + 1) % 3]];
+                    if (c[k] > c[(k + 1) % 3]) continue;
+                    along(a, b, spacing);
+                    std::vector<Vector> beside;
+                    const Vector along_side = (b - a).stableNormalized();
+                    for (Index other : topology.edge_triangles[topology.triangle_edges[t][k]])
+                        for (Index i : mesh.triangles[other])
+                            if (i != c[k] && i != c[(k + 1) % 3])  // straight across the side
+                                beside.push_back(x[i] - along_side.dot(x[i] - a) * along_side);
+                    probes.fine_side.resize(
+                        probes.centres.size(),
+                        fine_side_at(a, tool.mesh->normals[t][k].stableNormalized(), beside));
+                }
+            return probes;
         }
     }
+    probes.fine_side.assign(probes.centres.size(), fine_share * probes.radius);
     return probes;
 }
 

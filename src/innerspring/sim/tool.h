@@ -64,6 +64,9 @@ inline Nearest nearest(const Tool& tool, const Vector& p,
 struct Probes {
     std::vector<Vector> centres;  ///< [m]; none: the vertices of the body are enough (a plane)
     double radius = 0;            ///< [m]
+    /// Per probe: against triangles with no longer side [m] it is not needed, as what sticks out of the tool
+    /// there goes between vertices by a small part of that side only.
+    std::vector<double> fine_side;
 };
 
 /// `spacing` [m]: as far apart as probes along the sides of a mesh may be.
