@@ -15,7 +15,7 @@ namespace {
 constexpr double T = 1e-3;
 
 LocalContact wall(double stiffness, double height = 0) {
-    return {{0, 0, height}, Vector::UnitZ(), stiffness, 0, 0, 0.005, 1};
+    return {{0, 0, height}, Vector::UnitZ(), stiffness, 0, 0, 0, 1};
 }
 
 // The coupling pulls on the proxy as hard as the body pushes it.

@@ -23,7 +23,8 @@ CoupledForce GodObject::feel(const LocalContact& c, const CouplingGains& gains, 
                              const Vector& v, double period) noexcept {
     const Vector& n = c.normal;
     if (!touching_) proxy_ = x;
-    const double drag = c.damping / period, sum = gains.stiffness + c.stiffness + drag;
+    const double drag = std::max(c.damping, (gains.stiffness + c.stiffness) * c.period) / period;
+    const double sum = gains.stiffness + c.stiffness + drag;
     // n . (p - x), from the balance.
     const double depth = (c.stiffness * n.dot(c.rest - x) + drag * n.dot(proxy_ - x)) / sum;
     if (!(c.stiffness > 0) || !(depth > 0) || !(gains.stiffness > 0)) {

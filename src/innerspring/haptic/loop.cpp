@@ -40,13 +40,22 @@ struct Turns {
     Servo& servo;
     const LoopOptions& options;
     LoopReport& report;
+    Clock::time_point last{};  ///< body step
 
     const HandState& body_step() {
         servo.hands().update();
         const HandState& hand = servo.hands().latest();
         if (options.before_step) options.before_step(report.body_steps);
         const auto start = Clock::now();
-        servo.contacts().send(body.step(hand));
+        LocalContact contact = body.step(hand);
+        // By the clock the next one comes when it comes; what the last took is the best guess.
+        if (!options.lockstep) {
+            if (report.body_steps > 0)
+                contact.period =
+                    std::clamp(std::chrono::duration<double>(start - last).count(), contact.period, 0.2);
+            last = start;
+        }
+        servo.contacts().send(contact);
         report.body_work.add(std::uint64_t(since(start) * 1e9));
         ++report.body_steps;
         if (options.after_step) options.after_step(hand, body.touch());
@@ -92,7 +101,7 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
     report.device = device.info();
     report.gains = servo->gains();
     report.mapping = mapping;
-    Turns turns{body, *servo, options, report};
+    Turns turns{body, *servo, options, report, {}};
     const double body_start = body.state().time;
     const auto start = Clock::now();
 
