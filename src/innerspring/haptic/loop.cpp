@@ -119,7 +119,16 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
         while (!asked_to_stop(options)) {
             const double now = since(start);
             if (options.duration > 0 && now >= options.duration) break;
-            if (!closed) {
+            if (!closed && tick == 0 && report.body_steps == 0) {
+                // Where the hand is must be known before the tool is put there.
+                servo->hands().update();
+                tick = servo->hands().latest().tick;
+                last_tick = now;
+                if (tick == 0 && now > 1) {
+                    report.failure = report.device.name + ": its servo does not call";
+                    break;
+                }
+            } else if (!closed) {
                 const HandState& hand = turns.body_step();
                 if (hand.finished) break;
                 if (hand.tick != tick) tick = hand.tick, last_tick = now;
