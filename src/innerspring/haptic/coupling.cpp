@@ -23,7 +23,7 @@ CoupledForce GodObject::feel(const LocalContact& c, const CouplingGains& gains, 
                              const Vector& v, double period) noexcept {
     const Vector& n = c.normal;
     if (!touching_) proxy_ = x;
-    const double drag = std::max(c.damping, (gains.stiffness + c.stiffness) * c.period) / period;
+    const double drag = c.damping / period;
     const double sum = gains.stiffness + c.stiffness + drag;
     // n . (p - x), from the balance.
     const double depth = (c.stiffness * n.dot(c.rest - x) + drag * n.dot(proxy_ - x)) / sum;

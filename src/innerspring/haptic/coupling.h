@@ -46,8 +46,7 @@ double stored(const LocalContact& contact, const Vector& p) noexcept;
 /// The god-object (Zilles & Salisbury 1995) on a plane that yields: a tool without mass between the coupling
 /// and the body. Along n the two balance, over a period T by implicit Euler,
 ///     k_c (x - p) + k (s - p) - b (p - p_before) / T = 0,
-/// b being at least (k_c + k) times the time between two steps of the body: a tool that ran ahead of the body
-/// would be answered too late, and the two would rattle. The body does not pull; across n it follows the hand
+/// and the body does not pull; across n it follows the hand
 /// without friction, and with it stays where it was as long as the coupling pulls less than mu times the
 /// normal force. The coupling's own damper acts along n on the share 1 - dp/dx of the hand's velocity, p'
 /// being that of the balance at rest; it turns no force around.
