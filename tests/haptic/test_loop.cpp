@@ -173,6 +173,13 @@ TEST(Loop, RunsByTheClockInItsOwnThread) {
         rig.options.servo.stall = 0.5;
         rig.options.empty_loop = true;
         rig.options.record = folder.path / "hand.csv";
+        // From the first step on the tool is where the hand is, and that is outside.
+        rig.options.after_step = [](const HandState& hand, const Touch& touch) {
+            EXPECT_GT(hand.tick, 0u);
+            if (hand.time < 0.2) {
+                EXPECT_FALSE(touch.touching) << hand.time;
+            }
+        };
         SimulatedHand device = rig.device();
         const LoopReport report = rig.run(device);
         EXPECT_GT(report.servo.ticks, INNERSPRING_SANITIZED ? 50u : 500u);

@@ -90,7 +90,8 @@ void PassivityObserver::observe(const Vector& x) noexcept {
 Vector PassivityObserver::limit(const Vector& force, const Vector& v, double period,
                                 double mass) const noexcept {
     const double a = force.squaredNorm() * period * period / mass, b = force.dot(v) * period;
-    const double e = std::max(energy_, 0.0);
+    constexpr double reserve = 1e-7;  // [J]: the hand's own acceleration within a period
+    const double e = std::max(energy_ - reserve, 0.0);
     if (a + b <= e) return force;
     // The positive root of a l^2 + b l = e.
     const double root = std::sqrt(b * b + 4 * a * e);
