@@ -16,3 +16,4 @@ Command add_refine(CLI::App& program);
 Command add_study(CLI::App& program);
 Command add_bench(CLI::App& program);
 Command add_view(CLI::App& program);
+Command add_haptic(CLI::App& program);

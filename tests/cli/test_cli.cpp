@@ -312,3 +312,33 @@ TEST(Cli, GravityKeepsTheVolumeOfShapesAndRealMeshes) {
         EXPECT_GT(j["max_displacement_m"].get<double>(), 1e-4) << mesh;
     }
 }
+
+TEST(Cli, HapticFeelsRecordsAndReplaysToTheSameBits) {
+    TemporaryFolder folder("cli-haptic");
+    const std::string first = folder.path / "first.csv", a = folder.path / "a.csv", b = folder.path / "b.csv";
+    const auto result = json(fmt::format(
+        "haptic sphere:vertices=300 --lockstep --duration 2 --record {} --json --no-realtime", first));
+    expect_keys(result,
+                {"/rate_hz", "/period_error_ms/p50", "/period_error_ms/p99_9", "/work_ms/max", "/missed",
+                 "/clamped", "/observer_energy_min_j", "/force_max_n", "/body_steps_per_second"});
+    EXPECT_EQ(result["ticks"], 2000);
+    EXPECT_GT(result["force_max_n"], 0.1);
+    EXPECT_GE(result["observer_energy_min_j"], 0.0);
+    for (const std::string& file : {a, b})
+        json(fmt::format(
+            "haptic sphere:vertices=300 --device replay:{} --lockstep --duration 2 --record {} --json", first,
+            file));
+    EXPECT_EQ(content(a), content(b));
+    EXPECT_GT(content(a).size(), 50000u);
+}
+
+TEST(Cli, HapticRefusesInOneLine) {
+    expect_refused("haptic sphere --device fork", "simulated, openhaptics or replay:FILE");
+    expect_refused("haptic sphere --device replay:/nowhere.csv", "cannot be read");
+    expect_refused("haptic sphere --rate 9000", "30 to 4000");
+    expect_refused("haptic sphere --workspace-scale -1", "workspace_scale");
+    expect_refused("haptic sphere --press 0,0,0", "direction");
+    const Output out = innerspring("haptic sphere --device openhaptics --library /nowhere/libHD.so", true);
+    EXPECT_EQ(out.code, 1);
+    EXPECT_NE(out.text.find("looked for /nowhere/libHD.so"), std::string::npos) << out.text;
+}

@@ -648,6 +648,26 @@ TEST(SceneOption, Errors) {
     }
 }
 
+TEST(Scene, HapticsAreReadWrittenAndRefused) {
+    const Scene scene = scene_from_text(
+        "[haptic]\ndevice = 'replay:a.csv'\nrate_hz = 2000\nbody_rate_hz = 100\nworkspace_scale = 3\n"
+        "force_scale = 5.5\ncoupling_n_m = 400\ncontroller = false\n",
+        "s.toml");
+    for (const Scene& s : {scene, scene_from_text(to_toml(scene), "again")}) {
+        EXPECT_EQ(s.haptic.device, "replay:a.csv");
+        EXPECT_EQ(s.haptic.rate, 2000);
+        EXPECT_EQ(s.haptic.body_rate, 100);
+        EXPECT_EQ(s.haptic.metres, 3);
+        EXPECT_EQ(s.haptic.newtons, 5.5);
+        EXPECT_EQ(s.haptic.stiffness, 400);
+        EXPECT_FALSE(s.haptic.controller);
+    }
+    EXPECT_NE(message_of("[haptic]\ndevice = 'fork'\n").find("s.toml:2: device"), std::string::npos);
+    EXPECT_NE(message_of("[haptic]\n\nrate_hz = 9000\n").find("s.toml:3: rate_hz"), std::string::npos);
+    EXPECT_NE(message_of("[haptic]\nbody_rate_hz = 1\n").find("10 to 4000"), std::string::npos);
+    EXPECT_NE(message_of("[haptic]\nforce_scal = 1\n").find("force_scale"), std::string::npos);
+}
+
 TEST(Scene, ToolsAreReadAndMade) {
     const Scene s = scene_from_text(full, "s.toml");
     ASSERT_EQ(s.tools.size(), 3u);

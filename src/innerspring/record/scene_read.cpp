@@ -157,6 +157,25 @@ SceneTool read_tool(const Table& t) {
     return tool;
 }
 
+SceneHaptic read_haptic(const Table& t) {
+    SceneHaptic h;
+    t.read("device", h.device);
+    if (h.device != "simulated" && h.device != "openhaptics" &&
+        !(h.device.starts_with("replay:") && h.device.size() > 7 && h.device.find('\0') == std::string::npos))
+        t.refuse("device", fmt::format("is '{}'; it must be simulated, openhaptics or replay:FILE", shown(h.device)));
+    t.read("rate_hz", h.rate, Range::positive);
+    if (!(h.rate >= 30 && h.rate <= 4000))
+        t.refuse("rate_hz", fmt::format("is {}; it must be 30 to 4000", h.rate));
+    t.read("body_rate_hz", h.body_rate, Range::positive);
+    if (!(h.body_rate >= 10 && h.body_rate <= 4000))
+        t.refuse("body_rate_hz", fmt::format("is {}; it must be 10 to 4000", h.body_rate));
+    t.read("workspace_scale", h.metres, Range::not_negative);
+    t.read("force_scale", h.newtons, Range::not_negative);
+    t.read("coupling_n_m", h.stiffness, Range::not_negative);
+    t.read("controller", h.controller);
+    return h;
+}
+
 Scene read_top(const Table& t) {
     Scene scene;
     t.read("mesh", scene.mesh);
@@ -170,6 +189,7 @@ Scene read_top(const Table& t) {
     if (const auto table = t.table("material", material)) read_material(*table, scene);
     if (const auto table = t.table("body", body)) read_body(*table, scene);
     if (const auto table = t.table("simulation", simulation)) read_simulation(*table, scene);
+    if (const auto table = t.table("haptic", haptic)) scene.haptic = read_haptic(*table);
     const std::vector<Table> forces = t.tables("force", force), pins = t.tables("pin", pin),
                              refinements = t.tables("refine", refinement), tools = t.tables("tool", tool);
     scene.forces.reserve(forces.size());
@@ -218,6 +238,8 @@ Scene read_scene(const std::filesystem::path& file) {
         scene.mesh = (file.parent_path() / scene.mesh).string();  // an absolute one stays
     for (SceneTool& t : scene.tools)
         if (!t.mesh.empty() && !is_shape(t.mesh)) t.mesh = (file.parent_path() / t.mesh).string();
+    if (const std::string& device = scene.haptic.device; device.starts_with("replay:"))
+        scene.haptic.device = "replay:" + (file.parent_path() / device.substr(7)).string();
     return scene;
 }
 

@@ -56,11 +56,11 @@ struct Section {
     std::vector<std::string_view> keys;
 };
 
-inline const std::array<Section, 8>& sections() {
-    static const std::array<Section, 8> all{{
+inline const std::array<Section, 9>& sections() {
+    static const std::array<Section, 9> all{{
         {"",
          {"mesh", "unit", "normalize", "weld", "material", "body", "simulation", "force", "pin", "refine",
-          "tool"}},
+          "tool", "haptic"}},
         {"[material]",
          {"name", "mass_kg", "density_kg_m3", "young_pa", "surface_n_m", "surface_ratio", "damping_ratio"}},
         {"[body]", {"scheme", "centre", "free"}},
@@ -73,11 +73,14 @@ inline const std::array<Section, 8>& sections() {
         {"[[refine]]", {"at", "vertex", "near", "radius", "edge_share", "tool_share", "levels"}},
         {"[[tool]]",
          {"name", "radius", "length", "mesh", "scale", "normal", "axis", "friction", "at", "path"}},
+        {"[haptic]",
+         {"device", "rate_hz", "body_rate_hz", "workspace_scale", "force_scale", "coupling_n_m",
+          "controller"}},
     }};
     return all;
 }
 
-enum SectionIndex { top, material, body, simulation, force, pin, refinement, tool };
+enum SectionIndex { top, material, body, simulation, force, pin, refinement, tool, haptic };
 inline constexpr std::int64_t largest_vertex = no_index - 1;
 
 enum class Range { finite, not_negative, positive };

@@ -157,6 +157,12 @@ std::string to_toml(const Scene& scene) {
     out += fmt::format("equilibrium = {}\nresidual_n = {}\nevery = {}\n", scene.equilibrium,
                        real(scene.residual_n), scene.every);
 
+    const SceneHaptic& h = scene.haptic;
+    out += fmt::format("\n[haptic]\ndevice = {}\nrate_hz = {}\nbody_rate_hz = {}\n", toml_string(h.device),
+                       real(h.rate), real(h.body_rate));
+    out += fmt::format("workspace_scale = {}\nforce_scale = {}\ncoupling_n_m = {}\ncontroller = {}\n",
+                       real(h.metres), real(h.newtons), real(h.stiffness), h.controller);
+
     for (const SceneForce& f : scene.forces) write(out, f);
     for (const ScenePin& p : scene.pins) write(out, p);
     for (const SceneRefine& r : scene.refine) write(out, r);

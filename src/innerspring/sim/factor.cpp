@@ -180,7 +180,8 @@ void Factor::make(const Body& body, std::span<const double> d, const std::vector
     Eigen::MatrixXd full = Eigen::MatrixXd::Zero(s, s);
     full.selfadjointView<Eigen::Lower>().rankUpdate(inverse.transpose());
     full.triangularView<Eigen::StrictlyUpper>() = full.transpose();
-    const Eigen::MatrixXd below = low * inverse.triangularView<Eigen::Lower>();
+    Eigen::MatrixXd below(r, s);
+    if (r > 0) below.noalias() = low * inverse.triangularView<Eigen::Lower>();
     if (in_float_)
         keep(float_, panel, full, below);
     else

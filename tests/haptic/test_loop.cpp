@@ -1,0 +1,292 @@
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "innerspring/haptic/hand.h"
+#include "innerspring/haptic/loop.h"
+#include "innerspring/haptic/press_script.h"
+#include "support/bodies.h"
+#include "support/sanitized.h"
+#include "support/temporary_folder.h"
+
+// Hand, servo and body together.
+namespace innerspring {
+namespace {
+
+using namespace support;
+
+constexpr double dt = 0.005;
+
+StepOptions stepping() {
+    StepOptions options;
+    options.dt = dt;
+    return options;
+}
+
+/// The force of a tool at rest at `place`, pressed in from outside along -z [N].
+Vector quasi_static(const Body& body, Tool tool, const Vector& place, Touch* touch = nullptr) {
+    tool.path = {{0, {place + Vector(0, 0, 0.5)}}, {0.5, {place}}};
+    Loads loads{Vector::Zero(), {}, {}, {tool}};
+    Workspace workspace(body, stepping());
+    State state = rest_state(body);
+    for (int n = 0; n < 300; ++n) step(body, loads, state, workspace);
+    TouchFinder finder;
+    if (touch) *touch = finder.find(body, state, workspace.contact(), tool, 0);
+    return workspace.contact().tools[0].force;
+}
+
+// The tangent stiffness is what a little deeper costs: against differences of the body's own answer.
+TEST(Touch, TangentStiffnessIsTheSlopeOfTheForce) {
+    struct Case {
+        const char* shape;
+        double surface, radius, depth, tolerance;
+    };
+    for (const Case& c : {Case{"icosphere:vertices=10242", 0, 0.5, 0.1, 0.05},
+                          Case{"icosphere:vertices=10242", 1, 0.5, 0.1, 0.15},
+                          Case{"icosphere:vertices=2562", 1, 0.3, 0.2, 0.25},
+                          Case{"sphere:vertices=1000,irregularity=3,seed=1", 0.2, 0.4, 0.2, 0.25}}) {
+        BodyRecipe recipe;
+        recipe.surface = c.surface;
+        const Body body = make_sphere(c.shape, recipe);
+        const Tool tool = sphere_tool(c.radius, Vector::Zero());
+        Touch touch;
+        const double d = 0.01;
+        const auto at_depth = [&](double depth, Touch* out = nullptr) {
+            return quasi_static(body, tool, {0, 0, 1 + c.radius - depth}, out).z();
+        };
+        const double force = at_depth(c.depth, &touch);
+        const double slope = (at_depth(c.depth + d) - at_depth(c.depth - d)) / (2 * d);
+        ASSERT_TRUE(touch.touching) << c.shape;
+        EXPECT_NEAR(touch.force / force, 1, 0.01);
+        EXPECT_GT(touch.normal.z(), 0.99);
+        std::printf("%s, E_s %g: tangent stiffness %.3g, slope %.3g N/m\n", c.shape, c.surface,
+                    touch.stiffness, slope);
+        EXPECT_NEAR(touch.stiffness / slope, 1, c.tolerance) << c.shape;
+    }
+}
+
+/// A body, a ball and a simulated hand that presses it.
+struct Rig {
+    Body body;
+    Loads loads{Vector::Zero(), {}, {}, {sphere_tool(0.3, {0, 0, 1.6})}};
+    HandMapping mapping;
+    LoopOptions options;
+    std::vector<PosePoint> script;
+    HandOptions hand;
+
+    explicit Rig(const char* shape, double depth = 0.3) : body(make_body(shape)) {
+        const DeviceInfo info;
+        const CouplingGains gains = passive_gains(info, 1e-3, 0);
+        mapping = fit_mapping(body, loads.tools[0], info, gains.stiffness);
+        PressScript press;
+        press.depth = depth;
+        script = press_script(body, loads.tools[0], mapping, press);
+        options.realtime = false;
+    }
+    SimulatedHand device() const { return {script, options.servo.rate, hand}; }
+    LoopReport run(Device& device) {
+        Loads held = loads;
+        BodySide side(body, held, 0, stepping(), mapping);
+        return run_haptic(side, dt, mapping, device, options);
+    }
+};
+
+// Pressed and held: what the hand feels is what the model answers at the proxy, times the scale.
+TEST(Loop, TheHandFeelsTheQuasiStaticForceOfTheModel) {
+    for (const char* shape : {"icosphere:vertices=642", "breast:vertices=1500"}) {
+        Rig rig(shape);
+        rig.options.lockstep = true;
+        rig.options.duration = 1.9;  // in the hold of the script
+        SimulatedHand device = rig.device();
+        HandState last;
+        rig.options.after_step = [&](const HandState& hand, const Touch&) { last = hand; };
+        const LoopReport report = rig.run(device);
+        const Vector model = rig.mapping.newtons *
+                             quasi_static(rig.body, rig.loads.tools[0], rig.mapping.to_scene(last.proxy));
+        ASSERT_GT(model.norm(), 0.1) << shape;
+        std::printf("%s: felt %.4f N, model %.4f N; observer %.2g J; braked %llu of %llu\n", shape,
+                    last.force.norm(), model.norm(), report.servo.observer_least,
+                    (unsigned long long)report.servo.braked, (unsigned long long)report.servo.ticks);
+        EXPECT_LT((last.force - model).norm(), 0.02 * model.norm()) << shape;
+        EXPECT_GE(report.servo.observer_least, 0) << shape;
+        EXPECT_EQ(report.servo.faults, 0u);
+    }
+}
+
+// No vibration: while the hand is held still, the force hardly changes at high frequency. Bound: the energy
+// above 50 Hz (differences over 10 ms) below 1e-4 of the force's own.
+TEST(Loop, DoesNotVibrateWhileItIsHeld) {
+    Rig rig("icosphere:vertices=642");
+    rig.options.lockstep = true;
+    rig.options.duration = 1.9;
+    TemporaryFolder folder("vibration");
+    rig.options.record = folder.path / "hand.csv";
+    SimulatedHand device = rig.device();
+    rig.run(device);
+    const std::vector<HandSample> samples = read_hand(rig.options.record);
+    double fast = 0, all = 0;
+    for (std::size_t n = 1500; n + 10 < samples.size() && n < 1890; ++n) {
+        fast += (samples[n].force - (samples[n - 5].force + samples[n + 5].force) / 2).squaredNorm();
+        all += samples[n].force.squaredNorm();
+    }
+    ASSERT_GT(all, 0);
+    EXPECT_LT(fast / all, 1e-4);
+}
+
+TEST(Loop, TheSameReplayGivesTheSameForcesToTheBit) {
+    TemporaryFolder folder("replay");
+    Rig rig("icosphere:vertices=642");
+    rig.options.lockstep = true;
+    rig.options.duration = 2.5;
+    rig.options.record = folder.path / "first.csv";
+    rig.hand.tremor = 2e-4;
+    SimulatedHand device = rig.device();
+    rig.run(device);
+    const auto first = read_hand(folder.path / "first.csv");
+    ASSERT_EQ(first.size(), 2500u);
+    std::string texts[2];
+    for (int n = 0; n < 2; ++n) {
+        rig.options.record = folder.path / "again.csv";
+        ReplayDevice replay(first, 1000);
+        rig.run(replay);
+        texts[n] = content(folder.path / "again.csv");
+    }
+    EXPECT_EQ(texts[0], texts[1]);
+    EXPECT_GT(texts[0].size(), 10000u);
+    // The poses are those of the first run to the bit.
+    const auto again = read_hand(folder.path / "again.csv");
+    double most = 0;
+    for (std::size_t n = 0; n < again.size(); ++n) {
+        ASSERT_EQ(again[n].pose.position, first[n].pose.position) << n;
+        most = std::max(most, again[n].force.norm());
+    }
+    EXPECT_GT(most, 0.1);
+}
+
+TEST(Loop, RunsByTheClockInItsOwnThread) {
+    for (const double rate : {1000.0, 4000.0}) {
+        TemporaryFolder folder("clock");
+        Rig rig("icosphere:vertices=162");
+        rig.options.servo.rate = rate;
+        rig.options.duration = 1.5;
+        rig.options.servo.stall = 0.5;
+        rig.options.empty_loop = true;
+        rig.options.record = folder.path / "hand.csv";
+        // From the first step on the tool is where the hand is, and that is outside.
+        rig.options.after_step = [](const HandState& hand, const Touch& touch) {
+            EXPECT_GT(hand.tick, 0u);
+            if (hand.time < 0.2) {
+                EXPECT_FALSE(touch.touching) << hand.time;
+            }
+        };
+        SimulatedHand device = rig.device();
+        const LoopReport report = rig.run(device);
+        EXPECT_GT(report.servo.ticks, INNERSPRING_SANITIZED ? 50u : 500u);
+        EXPECT_GT(report.body_steps, 20u);
+        EXPECT_GE(report.servo.observer_least, 0);
+        EXPECT_TRUE(report.failure.empty()) << report.failure;
+        EXPECT_EQ(read_hand(folder.path / "hand.csv").size(), report.servo.ticks);
+        const auto json = nlohmann::json::parse(to_json(report));
+        for (const char* key :
+             {"/rate_hz", "/period_error_ms/p50", "/period_error_ms/p99", "/period_error_ms/p99_9",
+              "/period_error_ms/max", "/work_ms/p99_9", "/missed", "/clamped", "/observer_energy_min_j",
+              "/force_max_n", "/body_steps_per_second", "/missed_empty_loop"})
+            EXPECT_TRUE(json.contains(nlohmann::json::json_pointer(key))) << key;
+    }
+}
+
+// The body's thread sleeps for a second in the middle of the press: no force soon after, and again when it is
+// back.
+TEST(Loop, AStalledBodyLeavesNoForce) {
+    TemporaryFolder folder("stall");
+    Rig rig("icosphere:vertices=162");
+    rig.options.duration = 4;
+    rig.options.record = folder.path / "hand.csv";
+    const auto start = std::chrono::steady_clock::now();
+    bool slept = false;
+    rig.options.before_step = [&](std::uint64_t) {
+        const double now = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        if (now < 1.5 || slept) return;
+        slept = true;
+        std::this_thread::sleep_for(std::chrono::seconds(1));
+    };
+    // Pressed for the whole time.
+    rig.script.resize(rig.script.size());
+    for (std::size_t n = 0; n < rig.script.size(); ++n)
+        if (rig.script[n].time > 1.2) {
+            rig.script.resize(n + 1);
+            break;
+        }
+    rig.script.push_back({1e6, rig.script.back().pose});
+    SimulatedHand device = rig.device();
+    const LoopReport report = rig.run(device);
+    EXPECT_GE(report.servo.stalls, 1u);
+    const auto samples = read_hand(folder.path / "hand.csv");
+    int longest = 0, run = 0;
+    for (const HandSample& s : samples) {
+        run = s.time > 1 && s.force.norm() == 0 ? run + 1 : 0;
+        longest = std::max(longest, run);
+    }
+    if (!INNERSPRING_SANITIZED) {
+        EXPECT_GT(longest, 500);
+        EXPECT_GT(samples.back().force.norm(), 0.05);
+    }
+}
+
+/// Is lost after so many periods, once, and does not open at the first attempt.
+struct Lossy : WrappedDevice {
+    using WrappedDevice::WrappedDevice;
+    int left = 600, refusals = 1, opened = 0;
+    void open() override {
+        if (refusals-- > 0) throw DeviceError("not yet");
+        ++opened;
+        left = 1 << 30;
+    }
+    void close() noexcept override {}
+    bool read(DeviceSample& s) noexcept override { return --left > 0 && inner_.read(s); }
+    bool write(const Vector& f) noexcept override { return left > 0 && inner_.write(f); }
+    DeviceFault fault() const noexcept override { return left > 0 ? DeviceFault::none : DeviceFault::lost; }
+    std::string fault_text() const override { return "cable out"; }
+};
+
+TEST(Loop, ALostDeviceIsOpenedAgain) {
+    Rig rig("icosphere:vertices=162");
+    rig.options.duration = 2.5;
+    rig.options.reopen = 0.1;
+    rig.options.servo.stall = 0.5;
+    SimulatedHand hand = rig.device();
+    Lossy device(hand);
+    const LoopReport report = rig.run(device);
+    EXPECT_GE(device.opened, 1);  // more where a busy machine lets the servo sleep
+    EXPECT_GE(report.reopened, 1u);
+    EXPECT_TRUE(report.failure.empty());
+    ASSERT_FALSE(report.notes.empty());
+    EXPECT_NE(report.notes[0].find("cable out"), std::string::npos);
+    EXPECT_GT(report.servo.ticks, 100u);
+}
+
+TEST(Loop, AutoScalesFitTheDevice) {
+    for (const char* shape : {"icosphere:vertices=162", "breast", "torus:vertices=800"}) {
+        for (const double size : {1.0, 0.05}) {
+            SurfaceMesh mesh = make_shape(shape);
+            for (Vector& x : mesh.positions) x *= size;
+            const Body body = make_body(std::move(mesh));
+            const Tool tool = sphere_tool(0.2 * size, Vector::Zero());
+            const DeviceInfo info;
+            const HandMapping m = fit_mapping(body, tool, info, 800);
+            for (const Vector& x : body.rest.positions) {
+                const Vector h = m.to_hand(x);
+                EXPECT_TRUE((h.array() >= info.workspace.lower.array()).all());
+                EXPECT_TRUE((h.array() <= info.workspace.upper.array()).all());
+                EXPECT_LT((m.to_scene(h) - x).norm(), 1e-12);
+            }
+            EXPECT_GT(m.newtons, 0);
+            EXPECT_EQ(fit_mapping(body, tool, info, 800, 3, 7).metres, 3);
+            EXPECT_EQ(fit_mapping(body, tool, info, 800, 3, 7).newtons, 7);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace innerspring
