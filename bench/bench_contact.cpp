@@ -1,5 +1,5 @@
-// What contact adds to a step: a sphere of 40 962 vertices, paper's material, in steps of 1 ms one at a time as a
-// device would ask for them, with no tool and with tools that hold it pressed or are moved through it.
+// What contact adds to a step: a sphere of 40 962 vertices, paper's material, in steps of 1 ms one at a time
+// as a device would ask for them, with no tool and with tools that hold it pressed or are moved through it.
 //   bench_contact --benchmark_repetitions=5 --benchmark_enable_random_interleaving=true
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>

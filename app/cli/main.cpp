@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
         "Exit code: 0 done, 1 unstable or failed, 2 bad input or usage.");
     const Command commands[] = {add_check(program),  add_estimate(program), add_simulate(program),
                                 add_refine(program), add_study(program),    add_bench(program),
-                                add_view(program),     add_haptic(program)};
+                                add_view(program),   add_haptic(program)};
     try {
         program.parse(argc, argv);
         for (const Command& command : commands)

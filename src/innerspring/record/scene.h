@@ -62,15 +62,16 @@ struct SceneTool {
     std::vector<std::array<double, 8>> path;
 };
 
-/// How the body is felt: the [haptic] table. The tool in the hand is the first [[tool]], wherever it says it is.
+/// How the body is felt: the [haptic] table. The tool in the hand is the first [[tool]], wherever it says it
+/// is.
 struct SceneHaptic {
     std::string device = "simulated";  ///< device: "simulated", "openhaptics" or "replay:FILE"
     double rate = 1000;                ///< rate_hz of the servo, 30 to 4000
     double body_rate = 200;            ///< body_rate_hz: steps of the body
-    double metres = 0;                 ///< workspace_scale: metres of the scene per metre of the hand; 0: auto
-    double newtons = 0;                ///< force_scale: newtons at the hand per newton of the body; 0: auto
-    double stiffness = 0;              ///< coupling_n_m; 0: what is passive on the device
-    bool controller = true;            ///< controller: of passivity
+    double metres = 0;       ///< workspace_scale: metres of the scene per metre of the hand; 0: auto
+    double newtons = 0;      ///< force_scale: newtons at the hand per newton of the body; 0: auto
+    double stiffness = 0;    ///< coupling_n_m; 0: what is passive on the device
+    bool controller = true;  ///< controller: of passivity
 };
 
 /// All that a simulation needs, as a scene file says it. Keys of the file are given behind each member; units

@@ -162,7 +162,8 @@ SceneHaptic read_haptic(const Table& t) {
     t.read("device", h.device);
     if (h.device != "simulated" && h.device != "openhaptics" &&
         !(h.device.starts_with("replay:") && h.device.size() > 7 && h.device.find('\0') == std::string::npos))
-        t.refuse("device", fmt::format("is '{}'; it must be simulated, openhaptics or replay:FILE", shown(h.device)));
+        t.refuse("device",
+                 fmt::format("is '{}'; it must be simulated, openhaptics or replay:FILE", shown(h.device)));
     t.read("rate_hz", h.rate, Range::positive);
     if (!(h.rate >= 30 && h.rate <= 4000))
         t.refuse("rate_hz", fmt::format("is {}; it must be 30 to 4000", h.rate));
