@@ -10,14 +10,6 @@ namespace innerspring {
 
 namespace {
 
-template <class Real>
-void multiply(const PanelProduct<Real>& product) {
-    if constexpr (std::is_same_v<Real, float>)
-        vector_kernels().front()->multiply(product);
-    else
-        multiply_plain(product);
-}
-
 /// Room for the panels from `down` and `up` on, and in it those of before that are still good.
 template <class Real, class Panel>
 void lay_out(LargeArray<Real>& kept, std::size_t size, const std::vector<Panel>& before,
@@ -195,18 +187,20 @@ void Factor::solve(Real* w) const {
         kept = float_.data();
     else
         kept = double_.data();
+    void (*multiply)(const PanelProduct<Real>&) = multiply_plain<Real>;
+    if constexpr (std::is_same_v<Real, float>) multiply = vector_kernels().front()->multiply;
     Real* const out = w + 4 * tree_.node_of.size();
     // With A = (I + B) D (I + B)^T, B = L_RJ L_JJ^-1 below the nodes' dense D = L_JJ L_JJ^T:
     for (const Panel& panel : panels_) {  // (I + B)^-1, children first
         const int *columns = places_.data() + panel.places, *rows = columns + panel.s;
-        multiply<Real>({kept + panel.down, panel.r, panel.s, columns, w, out});
+        multiply({kept + panel.down, panel.r, panel.s, columns, w, out});
         for (int i = 0; i < panel.r; ++i)
             for (int a = 0; a < 4; ++a) w[4 * std::ptrdiff_t(rows[i]) + a] -= out[4 * i + a];
     }
     for (std::size_t n = panels_.size(); n-- > 0;) {  // D^-1, then (I + B)^-T, parents first
         const Panel& panel = panels_[n];
         const int* columns = places_.data() + panel.places;
-        multiply<Real>({kept + panel.up, panel.s, panel.s + panel.r, columns, w, out});
+        multiply({kept + panel.up, panel.s, panel.s + panel.r, columns, w, out});
         for (int i = 0; i < panel.s; ++i) std::copy_n(out + 4 * i, 4, w + 4 * std::ptrdiff_t(columns[i]));
     }
 }
