@@ -36,10 +36,10 @@ void print(const EstimateReport& r) {
                                     r.subject.centre.position.z(), r.subject.centre.reason));
     print_row("volume, radius R",
               fmt::format("{:.6g} m^3, {:.6g} m", r.subject.volume_m3, volume_radius(r.subject.volume_m3)));
-    print_row("material",
-              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}",
-                          r.subject.material_name, r.subject.material.mass, r.subject.material.young,
-                          r.subject.material.surface, r.subject.material.damping));
+    print_row("material", fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}, nu {:g}",
+                                      r.subject.material_name, r.subject.material.mass,
+                                      r.subject.material.young, r.subject.material.surface,
+                                      r.subject.material.damping, r.subject.material.poisson));
     print_row("M g/(E R^2), E_s/(E R)",
               fmt::format("{:.4g}, {:.4g}", r.subject.groups.weight, r.subject.groups.surface));
     fmt::print("\n  {:<24} {:>11} {:>11} {:>11} {:>11} {:>11}\n", "", "min", "lower", "median", "upper",

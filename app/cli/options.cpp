@@ -47,6 +47,10 @@ void add_body_options(CLI::App& app, BodyArguments& o) {
     app.add_option("--damping", o.damping,
                    "damping ratio zeta of each inner spring; 1 is critical (default 1)")
         ->type_name("Z");
+    app.add_option("--poisson", o.poisson,
+                   "Poisson's ratio nu of the body as a whole: 0 (the paper) to 0.5, which keeps the volume "
+                   "under any load (default 0)")
+        ->type_name("NU");
     app.add_option("--scheme", o.scheme,
                    "A: regular; B: irregular masses, regular springs; C: the paper's proposal (default C)")
         ->type_name("A|B|C");
@@ -123,6 +127,7 @@ void apply(const BodyArguments& o, Scene& scene) {
     if (o.young) scene.material.young = *o.young;
     if (o.surface) scene.material.surface = *o.surface, scene.material.surface_ratio.reset();
     if (o.damping) scene.material.damping = *o.damping;
+    if (o.poisson) scene.material.poisson = *o.poisson;
     if (o.scheme) scene.scheme = parse_scheme(*o.scheme);
     if (o.centre) scene.centre = parse_centre(*o.centre);
 }

@@ -17,7 +17,7 @@ void add_mesh_options(CLI::App& app, MeshOptions& o, const std::string& mesh_hel
 
 struct BodyArguments {
     std::optional<std::string> material, scheme, centre;
-    std::optional<double> mass, density, young, surface, damping;
+    std::optional<double> mass, density, young, surface, damping, poisson;
 };
 void add_body_options(CLI::App& app, BodyArguments& o);
 

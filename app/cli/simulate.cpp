@@ -38,10 +38,10 @@ void print(const Summary& s, const std::string& directory) {
     fmt::print("{}: {} vertices, {} triangles, scheme {}, {:.6g} m^3\n", s.subject.mesh_name,
                s.subject.vertices, s.subject.triangles, to_string(s.subject.scheme), s.subject.volume_m3);
     print_row("centre", fmt::format("{}: {}", to_string(s.subject.centre.kind), s.subject.centre.reason));
-    print_row("material",
-              fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}",
-                          s.subject.material_name, s.subject.material.mass, s.subject.material.young,
-                          s.subject.material.surface, s.subject.material.damping));
+    print_row("material", fmt::format("{}: M {:.4g} kg, E {:.4g} Pa, E_s {:.4g} N/m, zeta {:.3g}, nu {:g}",
+                                      s.subject.material_name, s.subject.material.mass,
+                                      s.subject.material.young, s.subject.material.surface,
+                                      s.subject.material.damping, s.subject.material.poisson));
     print_row("M g/ER^2, E_s/ER, F/ER^2", fmt::format("{:.4g}, {:.4g}, {:.4g}", s.subject.groups.weight,
                                                       s.subject.groups.surface, s.subject.groups.force));
     print_row("time",
@@ -51,6 +51,7 @@ void print(const Summary& s, const std::string& directory) {
         "volume variation",
         fmt::format("final {:+.5f} %, largest {:.5f} %, mean {:.5f} %", s.volume_variation_percent.final,
                     s.volume_variation_percent.max, s.volume_variation_percent.mean));
+    if (s.subject.material.poisson > 0) print_row("pressure", fmt::format("{:.4g} Pa", s.last.pressure));
     const Vector &mean = s.last.mean_displacement, &spread = s.last.std_displacement;
     print_row("displacement, mean", fmt::format("({:.4g}, {:.4g}, {:.4g}) m", mean.x(), mean.y(), mean.z()));
     print_row("displacement, spread", fmt::format("({:.4g}, {:.4g}, {:.4g}) m, largest {:.4g} m", spread.x(),

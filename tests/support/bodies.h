@@ -37,6 +37,7 @@ struct BodyRecipe {
     bool free = false;
     double mass = 0.05;  ///< [kg]
     CentreOption centre{};
+    double poisson = 0;  ///< [1]
 };
 
 inline Body make_body(SurfaceMesh mesh, const BodyRecipe& r = {}) {
@@ -45,6 +46,7 @@ inline Body make_body(SurfaceMesh mesh, const BodyRecipe& r = {}) {
     material.young = r.young;
     material.surface = r.surface;
     material.damping = r.damping;
+    material.poisson = r.poisson;
     BodyOptions options;
     options.scheme = r.scheme;
     options.centre = r.centre;

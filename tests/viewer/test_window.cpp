@@ -30,11 +30,11 @@ WindowOptions showing(const std::string& what) {
     return options;
 }
 
-/// Frames until it holds; false after 20 seconds.
+/// Frames until it holds; false after two minutes (sanitizers are slow).
 template <class Condition>
 bool until(Window& window, Condition condition) {
     const double start = glfwGetTime();
-    while (glfwGetTime() - start < 20) {
+    while (glfwGetTime() - start < 120) {
         if (!window.frame()) return false;
         if (condition()) return true;
     }

@@ -12,6 +12,10 @@
 
 namespace innerspring {
 
+double bulk_modulus(const Material& m) {
+    return 2 * m.poisson * m.young / (3 * (1 - 2 * m.poisson));
+}
+
 Material resolve(const Material& material, double volume_m3) {
     auto positive = [](double value, const char* what, const char* unit) {
         if (!(value > 0 && std::isfinite(value)))
@@ -34,6 +38,8 @@ Material resolve(const Material& material, double volume_m3) {
     }
     not_negative(r.surface, "surface (E_s)", " N/m");
     not_negative(r.damping, "damping (zeta)", "");
+    if (!(r.poisson >= 0 && r.poisson <= 0.5))
+        throw InputError(fmt::format("poisson (nu) is {:g}; it must be from 0 to 0.5", r.poisson));
     r.density.reset();
     r.surface_ratio.reset();
     return r;

@@ -34,7 +34,8 @@ Json material(const std::string& name, const Material& m) {
             {"mass_kg", m.mass},
             {"young_pa", m.young},
             {"surface_n_m", m.surface},
-            {"damping_ratio", m.damping}};
+            {"damping_ratio", m.damping},
+            {"poisson", m.poisson}};
 }
 
 Json groups(const Groups& g) {
@@ -72,6 +73,7 @@ std::string to_json(const Summary& s) {
     j["volume_variation_percent"] = {{"final", s.volume_variation_percent.final},
                                      {"max", s.volume_variation_percent.max},
                                      {"mean", s.volume_variation_percent.mean}};
+    j["pressure_pa"] = s.last.pressure;
     j["max_displacement_m"] = s.last.max_displacement;
     if (!s.last.tool_force.empty()) {
         j["tool_force_n"] = Json::array();

@@ -234,6 +234,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
                 "for",
                 report.iterations, report.residual_n, report.tolerance_n);
         rows.push_back(measure(body, loads, state));
+        rows.back().pressure = report.pressure;
         writer.frame(state);
     } else {
         EnergyWatch watch(body, loads, state, put_in);
@@ -259,6 +260,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
             }
             if (!report.converged) ++unconverged;
             rows.push_back(measure(body, loads, state));
+            if (body.material.poisson == 0.5) rows.back().pressure = report.pressure;
             if (!loads.tools.empty()) {
                 for (std::size_t n = 0; n < loads.tools.size(); ++n)
                     rows.back().tool_force[n] = workspace.contact().tools[n].force;

@@ -82,8 +82,8 @@ struct Scene {
     std::optional<bool> normalize;        ///< normalize: to unit volume radius; default: files without a unit
     double weld = 0;                      ///< weld: tolerance in the unit of the file
     std::string material_name = "paper";  ///< [material] name
-    Material
-        material;  ///< [material] mass_kg, density_kg_m3, young_pa, surface_n_m, surface_ratio, damping_ratio
+    Material material;          ///< [material] mass_kg, density_kg_m3, young_pa, surface_n_m, surface_ratio,
+                                ///< damping_ratio, poisson
     Scheme scheme = Scheme::C;  ///< [body] scheme
     CentreOption centre;        ///< [body] centre = "auto" | "centroid" | "kernel" | "local" | [x, y, z]
     bool free = false;          ///< [body] free

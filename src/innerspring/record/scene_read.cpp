@@ -32,6 +32,8 @@ void read_material(const Table& t, Scene& scene) {
     t.read("surface_n_m", m.surface, Range::not_negative);
     t.read("surface_ratio", m.surface_ratio, Range::not_negative);
     t.read("damping_ratio", m.damping, Range::not_negative);
+    t.read("poisson", m.poisson, Range::not_negative);
+    if (m.poisson > 0.5) t.refuse("poisson", fmt::format("is {:g}; it must be from 0 to 0.5", m.poisson));
 }
 
 void read_body(const Table& t, Scene& scene) {

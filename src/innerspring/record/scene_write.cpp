@@ -139,7 +139,7 @@ std::string to_toml(const Scene& scene) {
     out += fmt::format("young_pa = {}\n", real(m.young));
     out += m.surface_ratio ? fmt::format("surface_ratio = {}\n", real(*m.surface_ratio))
                            : fmt::format("surface_n_m = {}\n", real(m.surface));
-    out += fmt::format("damping_ratio = {}\n", real(m.damping));
+    out += fmt::format("damping_ratio = {}\npoisson = {}\n", real(m.damping), real(m.poisson));
 
     out += fmt::format("\n[body]\nscheme = \"{}\"\n", to_string(scene.scheme));
     if (scene.centre.kind == CentreKind::given)

@@ -21,7 +21,8 @@ std::string column(std::string name) {
 
 std::string header(const Loads& loads) {
     std::string text =
-        "time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m";
+        "time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_displacement_m,"
+        "pressure_pa";
     for (std::size_t n = 0; n < loads.forces.size(); ++n) {
         text += fmt::format(",force_{}_n", column(loads.forces[n].name));
     }
@@ -35,8 +36,9 @@ std::string header(const Loads& loads) {
 std::string to_csv(std::span<const Measures> rows, const Loads& loads) {
     std::string text = header(loads) + "\n";
     for (const Measures& r : rows) {
-        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{}", r.time, r.volume,
-                       r.volume_variation_percent, r.kinetic, r.elastic, r.potential, r.max_displacement);
+        fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{}", r.time, r.volume,
+                       r.volume_variation_percent, r.kinetic, r.elastic, r.potential, r.max_displacement,
+                       r.pressure);
         for (double f : r.force) fmt::format_to(std::back_inserter(text), ",{}", f);
         for (const Vector& f : r.tool_force)
             fmt::format_to(std::back_inserter(text), ",{},{},{}", f.x(), f.y(), f.z());
@@ -56,7 +58,7 @@ std::vector<Measures> read_series(const std::filesystem::path& file, std::size_t
         Measures r;
         r.force.resize(loads.forces.size());
         std::vector<double*> columns{&r.time,    &r.volume,    &r.volume_variation_percent, &r.kinetic,
-                                     &r.elastic, &r.potential, &r.max_displacement};
+                                     &r.elastic, &r.potential, &r.max_displacement,         &r.pressure};
         for (double& f : r.force) columns.push_back(&f);
         r.tool_force.resize(loads.tools.size());
         for (Vector& f : r.tool_force)

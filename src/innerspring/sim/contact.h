@@ -34,6 +34,7 @@ struct Candidate {
     double inverse_mass = 0;          ///< [1/kg]; 0: pinned
     Vector x, v;                      ///< in: x before the sub-step, v after it; out: both after it
     Vector start;                     ///< x at the start of the step of dt
+    Vector before, untouched;         ///< scratch of press_against_tools()
     Vector impulse = Vector::Zero();  ///< by all tools in this step of dt [N s]
     double normal = 0;                ///< its normal part [N s]
     Index place = no_index;           ///< scratch

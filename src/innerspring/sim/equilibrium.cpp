@@ -10,6 +10,7 @@
 #include "innerspring/sim/net.h"
 #include "innerspring/sim/newton.h"
 #include "innerspring/sim/preconditioner.h"
+#include "innerspring/sim/volume.h"
 
 namespace innerspring {
 
@@ -22,6 +23,9 @@ double largest_norm(const Field& a) {
     for (const Vector& v : a) largest = std::max(largest, v.squaredNorm());
     return std::sqrt(largest);
 }
+
+/// New multipliers of a hard volume: each gains some three digits.
+constexpr int most_rounds = 12;
 
 std::vector<bool> pinned_flags(const Body& body, const Loads& loads) {
     std::vector<bool> pinned(body.vertices(), false);
@@ -37,18 +41,25 @@ struct Problem : Minimand {
     std::vector<bool> pinned;
     Field load;  ///< gravity and forces [N]
     Net net;
+    VolumePart volume;
     Field place;  ///< where each vertex would rest without the net
     Team team;
     std::optional<FrameMotion> motion;
     std::optional<Preconditioner> inverse;
 
     Problem(const Body& b, const Loads& loads, double time, int threads)
-        : body(b), pinned(pinned_flags(b, loads)), load(b.vertices(), Vector::Zero()), net(b), team(threads) {
+        : body(b),
+          pinned(pinned_flags(b, loads)),
+          load(b.vertices(), Vector::Zero()),
+          net(b),
+          volume(b),
+          team(threads) {
         add_gravity(body, loads.gravity, load);
         add_loads(loads, time, load);
         place.resize(b.vertices());
         for (std::size_t i = 0; i < place.size(); ++i)
             place[i] = body.rest.positions[i] + load[i] / body.K[i];
+        if (volume.term.active() && !volume.term.hard()) volume.stiffen(0);
     }
 
     double evaluate(const Field& x, Field& g) override {
@@ -64,7 +75,8 @@ struct Problem : Minimand {
                                    : -load[i].dot(h - body.rest.positions[i]);
             }
         }
-        return homes + net.evaluate(x, body.K, place, pinned, g, team).total();
+        const double springs = homes + net.evaluate(x, body.K, place, pinned, g, team).total();
+        return volume.term.active() ? springs + volume.add_gradient(x, pinned, g, team) : springs;
     }
 
     double residual(const Field& g) const override { return largest_norm(g); }
@@ -81,17 +93,26 @@ struct Problem : Minimand {
             inverse->turn(body, frame.R);
         }
         inverse->set_normal_stiffness(body, body.K, x, 1);
+        if (volume.term.active())
+            volume.linearise(x, pinned, team,
+                             [&](const Field& r, Field& z) { return inverse->apply(r, z, team); });
     }
 
     double multiply(const Field& p, Field& q) override {
-        const double pq = net.multiply(body.K, p, pinned, q, team);
-        return motion ? pq + motion->add_to(p, pinned, q) : pq;
+        double pq = net.multiply(body.K, p, pinned, q, team);
+        if (motion) pq += motion->add_to(p, pinned, q);
+        if (volume.term.active()) pq += volume.add_product(p, pinned, q, team);
+        return pq;
     }
 
-    double precondition(const Field& r, Field& z) override { return inverse->apply(r, z, team); }
+    double precondition(const Field& r, Field& z) override {
+        const double rz = inverse->apply(r, z, team);
+        return volume.term.active() ? rz + volume.correct(r, z) : rz;
+    }
 
     void settle(Field& x) override {
-        if (!body.free) net.settle(x, body.K, place, pinned);  // the places of a free body move with it
+        // The places of a free body move with it, and settling knows nothing of the volume.
+        if (!body.free && !volume.term.active()) net.settle(x, body.K, place, pinned);
     }
 
     /// What rounding leaves of a sum of spring forces that cancel [N].
@@ -126,6 +147,7 @@ double largest_imbalance(const Body& body, const Loads& loads, const State& stat
                          std::span<const VertexContact> touched) {
     Problem problem(body, loads, state.time, 1);
     Field g(body.vertices());
+    if (problem.volume.term.hard()) problem.volume.lambda = pressure(body, loads, state, touched);
     problem.evaluate(state.x, g);
     for (const VertexContact& c : touched) g[c.vertex] -= c.force;
     return largest_norm(g);
@@ -157,12 +179,28 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
     const double scale = std::max(load, loads.pins.empty() && load > 0 ? 0.0 : report.residual_n);
     report.tolerance_n =
         options.tolerance_n > 0 ? options.tolerance_n : std::max(1e-9 * scale, problem.rounding(state.x));
-    const Newton::Report done =
-        Newton().run(problem, state.x, g, energy, {report.tolerance_n, scale, options.max_iterations});
-    report.reached = done.reached;
-    report.residual_n = done.residual;
-    report.iterations = done.iterations;
-    report.products = done.products;
+    Newton newton;
+    VolumePart& volume = problem.volume;
+    if (volume.term.hard()) {
+        problem.linearise(state.x);
+        volume.stiffen(1000);
+    }
+    for (int round = 0; round < most_rounds; ++round) {
+        if (volume.term.hard()) {  // the new multiplier takes over what the penalty carried
+            volume.lambda = round == 0 ? pressure(body, loads, state) : volume.pressure();
+            energy = problem.evaluate(state.x, g);
+        }
+        const Newton::Report done =
+            newton.run(problem, state.x, g, energy,
+                       {report.tolerance_n, scale, std::max(1, options.max_iterations - report.iterations)});
+        report.reached =
+            done.reached && (!volume.term.hard() || std::abs(volume.excess) <= 1e-10 * body.volume);
+        report.residual_n = done.residual;
+        report.iterations += done.iterations;
+        report.products += done.products;
+        if (!volume.term.hard() || report.reached || !done.reached) break;
+    }
+    report.pressure = volume.pressure();
     for (Vector& v : state.v) v.setZero();
     return report;
 }

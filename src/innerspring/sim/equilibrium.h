@@ -18,6 +18,7 @@ struct EquilibriumReport {
     double tolerance_n = 0;  ///< the tolerance used [N]
     int iterations = 0;      ///< of Newton's method
     int products = 0;        ///< with the Hessian and the preconditioner, over all iterations
+    double pressure = 0;     ///< of the volume term [Pa]; see VolumeTerm
 };
 
 /// Moves `state` to where all forces balance under the loads as they are at state.time; velocities become

@@ -26,7 +26,7 @@ double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
 }  // namespace
 
 ImplicitSolver::ImplicitSolver(const Body& body, double h)
-    : body_(body), h_(h), net_(body), inverse_(body), pairs_(remembered_pairs) {
+    : body_(body), h_(h), net_(body), inverse_(body), volume_(body), pairs_(remembered_pairs) {
     resize();
     set_stiffness();
 }
@@ -57,12 +57,15 @@ void ImplicitSolver::factorize(const Loads& loads) {
     inverse_.factorize(body_, d_, is_pinned_);
     inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
     factorized_ = true;
+    response_known_ = false;
 }
 
 void ImplicitSolver::adapt(const SurfaceChange& surface, const BodyChange& change) {
     resize();
     set_stiffness();
     net_.adapt();
+    volume_.term.adapt(change);
+    response_known_ = false;
     // Pins may have come and gone with the vertices: then all is factorised anew in the next step.
     if (!factorized_ || !pinned_.empty()) {
         inverse_.adapt_order(body_, surface, change);
@@ -100,7 +103,12 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     }
     const Net::Value value = net_.evaluate(x, d_, z_, is_pinned_, g, team);
     gradient2_ = value.gradient2;
-    return value.total() + constant / 2;
+    double total = value.total() + constant / 2;
+    if (volume_.term.active()) {
+        total += volume_.add_gradient(x, is_pinned_, g, team);
+        gradient2_ = dot(g, g);
+    }
+    return total;
 }
 
 void ImplicitSolver::evaluate(Point& at) {
@@ -118,19 +126,59 @@ void ImplicitSolver::linearise(const Field& x) {
     net_.linearise(x, *team_);
     if (body_.free) motion_.emplace(body_, home_frame(body_, x, *team_), x);
     inverse_.set_normal_stiffness(body_, d_, x, 1);
+    if (volume_.term.active()) respond(x);
 }
 
 double ImplicitSolver::multiply(const Field& p, Field& q) {
-    const double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
-    return motion_ ? pq + motion_->add_to(p, is_pinned_, q) : pq;
+    double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
+    if (motion_) pq += motion_->add_to(p, is_pinned_, q);
+    if (volume_.term.active()) pq += volume_.add_product(p, is_pinned_, q, *team_);
+    return pq;
 }
 
 double ImplicitSolver::precondition(const Field& r, Field& z) {
-    return inverse_.apply(r, z, *team_);
+    const double rz = inverse_.apply(r, z, *team_);
+    return volume_.term.active() ? rz + volume_.correct(r, z) : rz;
 }
 
 void ImplicitSolver::settle(Field& x) {
-    if (!body_.free) net_.settle(x, d_, z_, is_pinned_);  // the places of a free body move with it
+    // The places of a free body move with it, and settling knows nothing of the volume.
+    if (!body_.free && !volume_.term.active()) net_.settle(x, d_, z_, is_pinned_);
+}
+
+void ImplicitSolver::respond(const Field& x) {
+    volume_.linearise(x, is_pinned_, *team_,
+                      [this](const Field& r, Field& z) { return inverse_.apply(r, z, *team_); });
+    response_known_ = false;
+}
+
+/// The rank-one part of the first matrix, about the shape at rest, which is known from step to step, or that
+/// of a free body as it lies; and the multiplier that keeps V to first order from at_ on.
+void ImplicitSolver::begin_pressure() {
+    volume_.lambda = volume_.stiffness = 0;
+    if (body_.free || !response_known_) {
+        respond(body_.free ? at_.x : body_.rest.positions);
+        response_known_ = true;
+    }
+    evaluate(at_);
+    volume_.stiffen(100);
+    if (volume_.term.hard() && volume_.give > 0)
+        volume_.lambda = (dot(volume_.response, at_.g) - volume_.excess) / volume_.give;
+    evaluate(at_);
+}
+
+/// A hard constraint: brings V to V_0. Returns P [Pa].
+double ImplicitSolver::restore_volume() {
+    double P = volume_.lambda;
+    for (int round = 0; round < 8; ++round) {
+        const double excess = volume_.term.find(at_.x, q_, *team_);
+        if (round == 0) P -= volume_.stiffness * excess;
+        const double give = dot(q_, volume_.response);  // pinned vertices do not respond
+        if (!(std::abs(excess) > 1e-13 * body_.volume) || !(give > 0)) break;
+        P -= excess / give;
+        add(-excess / give, volume_.response, at_.x);
+    }
+    return P;
 }
 
 /// direction_ = -(L-BFGS matrix)^-1 gradient (two-loop recursion, Nocedal 1980); returns its slope.
@@ -145,7 +193,7 @@ double ImplicitSolver::direction(const Field& gradient) {
         alpha[age] = pair(age).inverse * dot(pair(age).s, q_);
         add(-alpha[age], pair(age).y, q_);
     }
-    inverse_.apply(*q, direction_, *team_);
+    precondition(*q, direction_);
     for (std::size_t age = kept_; age-- > 0;)
         add(alpha[age] - pair(age).inverse * dot(pair(age).y, direction_), pair(age).s, direction_);
     for (Vector& v : direction_) v = -v;
@@ -272,7 +320,10 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
     if (body_.free) inverse_.turn(body_, home_frame(body_, at_.x, team).R);
 
     StepReport report;
-    evaluate(at_);
+    if (volume_.term.active())
+        begin_pressure();
+    else
+        evaluate(at_);
     report.iterations = 1;
     // The forces of the step: the loads, and what is out of balance if each vertex keeps its velocity, or
     // would stop it in one step if that is less.
@@ -297,6 +348,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         report.iterations += done.products + done.evaluations;
         at_.value = done.value, at_.residual = done.residual;
         inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
+        response_known_ = false;
     };
     if (options.linearised)
         newton();
@@ -316,6 +368,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         if (!report.converged) newton();
     }
     report.residual = at_.residual;
+    report.pressure = volume_.term.hard() ? restore_volume() : volume_.pressure();
     if (body_.free && pinned_.empty()) correct_rigidly();
 
     for (std::size_t i = 0; i < n; ++i) {

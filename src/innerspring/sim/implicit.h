@@ -7,6 +7,7 @@
 #include "innerspring/sim/newton.h"
 #include "innerspring/sim/preconditioner.h"
 #include "innerspring/sim/step.h"
+#include "innerspring/sim/volume.h"
 
 namespace innerspring {
 
@@ -20,7 +21,9 @@ namespace innerspring {
 /// factorised once; split into tangent plane and normal (see Preconditioner) it is the first matrix of
 /// L-BFGS (as Liu, Bouaziz & Kavan 2017 do with A for projective dynamics), from where each vertex flies on.
 /// Where that stalls, Newton's method goes on from there, or from standing still if Phi is lower there: the
-/// step never ends with more than standing still has, and is stable at any h and stiffness.
+/// step never ends with more than standing still has, and is stable at any h and stiffness. With the volume
+/// term (VolumePart) A gets its rank-one part by Sherman and Morrison's formula; a hard constraint starts
+/// from the multiplier that keeps V to first order, and what is left of V - V_0 is taken out along A^-1 a.
 class ImplicitSolver : private Minimand {
   public:
     ImplicitSolver(const Body& body, double h);
@@ -45,6 +48,9 @@ class ImplicitSolver : private Minimand {
     double direction(const Field& gradient);
     void evaluate(Point& at);
     void correct_rigidly();
+    void respond(const Field& x);
+    void begin_pressure();
+    double restore_volume();
     void settle_translation();
 
     double evaluate(const Field& x, Field& g) override;
@@ -62,6 +68,8 @@ class ImplicitSolver : private Minimand {
     std::vector<double> d_;  ///< m/h^2 + c/h + K [N/m]
     Net net_;
     Preconditioner inverse_;
+    VolumePart volume_;
+    bool response_known_ = false;          ///< volume_ holds that of a held body at rest
     Field target_, start_, external_, z_;  ///< y, x^n, loads [N] and the places of the step at hand
     Field velocity_, direction_, q_;
     Newton newton_;

@@ -1,6 +1,7 @@
 #include "innerspring/sim/measure.h"
 
 #include "innerspring/sim/forces.h"
+#include "innerspring/sim/volume.h"
 
 namespace innerspring {
 
@@ -13,6 +14,11 @@ Measures measure(const Body& body, const Loads& loads, const State& state) {
     Team alone(1);
     const HomeFrame frame = home_frame(body, state.x, alone);
     now.elastic = inner_energy(body, frame, state.x) + surface_energy(body, state.x);
+    if (body.material.poisson > 0) {
+        now.pressure = pressure(body, loads, state);
+        if (body.material.poisson < 0.5)  // P^2 V_0 / (2 kappa)
+            now.elastic += now.pressure * now.pressure * body.volume / (2 * bulk_modulus(body.material));
+    }
     now.potential =
         gravity_energy(body, loads.gravity, state.x) + load_energy(body, loads, state.time, state.x);
     Vector squares = Vector::Zero();

@@ -6,6 +6,8 @@
 #include <immintrin.h>
 #endif
 
+#include "innerspring/sim/volume.h"
+
 namespace innerspring {
 
 namespace {
@@ -67,17 +69,6 @@ std::vector<Index> walk(const Body& body) {
                          order.begin() + std::ptrdiff_t(std::min(n, first + sorting_window)),
                          [&](Index a, Index b) { return body.rows[a].count > body.rows[b].count; });
     return order;
-}
-
-/// The neighbour after the one on `edge` in the fan around i, counter-clockwise from outside.
-Index next_in_fan(const Body& body, Index i, Index edge) {
-    const Index j = other_end(body.edges[edge], i);
-    for (Index t : body.edge_triangles[edge]) {
-        const Triangle& triangle = body.rest.triangles[t];
-        for (int corner = 0; corner < 3; ++corner)
-            if (triangle[corner] == i && triangle[(corner + 1) % 3] == j) return triangle[(corner + 2) % 3];
-    }
-    return j;
 }
 
 /// Writes all that does not move of the vertex at a place. The slice must have slots enough.
@@ -146,10 +137,41 @@ void each_block(const Packed& p, std::size_t blocks, Team& team, Loop&& loop) {
     for (std::size_t block = 0; block < blocks; ++block) loop(block);
 }
 
+/// Eq. 4 in units of Packed.
+double volume_of(Packed& p, const LargeArray<PackedRow>& rows, const VectorKernels& kernel, Team& team) {
+    PackedStep step{};
+    step.slots = p.slots.data(), step.ranges = p.ranges.data(), step.in = rows.data();
+    const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
+    p.parts.resize(blocks);
+    each_block(p, blocks, team, [&](std::size_t block) {
+        const FlushDenormals flush;
+        const std::size_t first = block * slices_per_block, last = std::min(slices, first + slices_per_block);
+        p.parts[block].volume = kernel.volume(step, first, last);
+    });
+    double sum = 0;
+    for (const PackedSums& part : p.parts) sum += part.volume;
+    return sum;
+}
+
+/// The volume term's arrays, and the volume from which it counts.
+void prepare_volume(Packed& p, const Body& body) {
+    if (!(body.material.poisson > 0)) {
+        p.area = {};
+        return;
+    }
+    p.area.resize(p.ranges.size());
+    LargeArray<PackedRow> rest(p.rows[0].begin(), p.rows[0].end());
+    for (PackedRow& row : rest) std::fill(std::begin(row.u), std::end(row.u), 0.0f);
+    Team alone(1);
+    p.rest_volume = volume_of(p, rest, *vector_kernels().front(), alone);
+}
+
 }  // namespace
 
 bool packable(const Body& body) {
     if (body.free || body.vertices() > (std::size_t(1) << 26)) return false;
+    // So few vertices do not average the rounding of positions out to 1e-8 of the volume.
+    if (body.material.poisson == 0.5 && body.vertices() < 500) return false;
     const double k = *std::max_element(body.k.begin(), body.k.end());
     const auto fits = [](double number) { return number < 1e30; };
     for (std::size_t i = 0; i < body.vertices(); ++i)
@@ -181,6 +203,7 @@ Packed pack(const Body& body) {
     p.slots.reserve(slots);
     for (std::size_t slice = 0; slice < slices; ++slice) give_slots(p, slice, most_spokes(p, body, slice));
     for (std::size_t place = 0; place < p.vertex_at.size(); ++place) fill(p, body, place);
+    prepare_volume(p, body);
     return p;
 }
 
@@ -222,6 +245,7 @@ void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const Body
         if (most > p.ranges[slice].count) give_slots(p, slice, most);
         for (std::size_t lane = 0; lane < slice_width; ++lane) fill(p, body, slice * slice_width + lane);
     }
+    prepare_volume(p, body);
 }
 
 // Either way round what is written lies in order, and what is read may be anywhere: it is asked for ahead.
@@ -339,7 +363,7 @@ void place(Packed& p, Index vertex, const Vector& displacement, const Vector& ve
 }
 
 bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gravity, Team& team,
-             double* volume) {
+             VolumeFlow* volume) {
     const Vector hg = h * p.scale * gravity;
     const PackedStep step{p.slots.data(),
                           p.ranges.data(),
@@ -348,26 +372,54 @@ bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gra
                           p.rows[1].data(),
                           p.v.data(),
                           float(h),
-                          {float(hg.x()), float(hg.y()), float(hg.z())}};
+                          {float(hg.x()), float(hg.y()), float(hg.z())},
+                          p.area.empty() ? nullptr : p.area.data()};
     const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
     std::atomic<bool> finite{true};
-    const auto run = [&](std::size_t block, double* part) {
+    const auto run = [&](std::size_t block, PackedSums* sums) {
         const FlushDenormals flush;
         const std::size_t first = block * slices_per_block, last = std::min(slices, first + slices_per_block);
-        if (!kernel.advance(step, first, last, part)) finite.store(false, std::memory_order_relaxed);
+        if (!kernel.advance(step, first, last, sums)) finite.store(false, std::memory_order_relaxed);
     };
     if (volume) {
         // Block by block in order, whoever adds them up.
-        p.part_volume.resize(blocks);
-        each_block(p, blocks, team, [&](std::size_t block) { run(block, &p.part_volume[block]); });
-        *volume = 0;
-        for (double part : p.part_volume) *volume += part;
-        *volume /= p.scale * p.scale * p.scale;
+        p.parts.resize(blocks);
+        each_block(p, blocks, team, [&](std::size_t block) { run(block, &p.parts[block]); });
+        PackedSums sum;
+        for (const PackedSums& part : p.parts)
+            sum.volume += part.volume, sum.flow += part.flow, sum.give += part.give;
+        const double s3 = p.scale * p.scale * p.scale;
+        *volume = {(sum.volume - p.rest_volume) / s3, sum.flow / (6 * s3),
+                   sum.give / (36 * s3 * p.scale * p.stiffness)};
     } else {
         each_block(p, blocks, team, [&](std::size_t block) { run(block, nullptr); });
     }
     p.rows[0].swap(p.rows[1]);
     return finite;
+}
+
+Vector area(const Packed& p, Index vertex) {
+    const PackedVectors& a = p.area[p.place_of[vertex] / slice_width];
+    const std::size_t lane = p.place_of[vertex] % slice_width;
+    return Vector(a.x[lane], a.y[lane], a.z[lane]) / (6 * p.scale * p.scale);
+}
+
+bool press(Packed& p, const VectorKernels& kernel, double h, double to_v_P, double to_u_P, Team& team) {
+    const double unit = 1 / (6 * p.scale * p.stiffness);
+    const PackedPress press{p.area.data(), p.coefficients.data(), p.rows[0].data(),    p.v.data(),
+                            float(h),      float(to_v_P * unit),  float(to_u_P * unit)};
+    const std::size_t slices = p.ranges.size();
+    std::atomic<bool> finite{true};
+    each_block(p, blocks_of(slices), team, [&](std::size_t block) {
+        const FlushDenormals flush;
+        const std::size_t first = block * slices_per_block, last = std::min(slices, first + slices_per_block);
+        if (!kernel.press(press, first, last)) finite.store(false, std::memory_order_relaxed);
+    });
+    return finite;
+}
+
+double volume_excess(Packed& p, const VectorKernels& kernel, Team& team) {
+    return (volume_of(p, p.rows[0], kernel, team) - p.rest_volume) / (p.scale * p.scale * p.scale);
 }
 
 }  // namespace innerspring

@@ -24,13 +24,15 @@ struct Packed {
     LargeArray<PackedVectors> v;
     LargeArray<PackedCoefficients> coefficients;
     LargeArray<PackedSlot> slots;
+    LargeArray<PackedVectors> area;  ///< 6 a_i of the last step, for the volume term; empty without
+    double rest_volume = 0;          ///< Eq. 4 at rest as the kernels find it
     std::vector<SlotRange> ranges;
     std::vector<Index> vertex_at;  ///< per place; no_index: a lane that stands still
     std::vector<Index> place_of;   ///< per vertex
     Vector origin = Vector::Zero();
     double scale = 1, stiffness = 1;
-    std::vector<Index> vacant;        ///< places of vertices that are gone
-    std::vector<double> part_volume;  ///< per block, for advance()
+    std::vector<Index> vacant;      ///< places of vertices that are gone
+    std::vector<PackedSums> parts;  ///< per block, for advance()
 };
 
 /// Whether the body's numbers fit: some would overflow where masses and stiffnesses differ by 1e30.
@@ -65,9 +67,27 @@ struct LargestMotion {
 };
 void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
-/// One symplectic Euler step of h [s] under gravity [m/s^2]. False if something left the numbers. `volume`,
-/// if not null: Eq. 4 before the step [m^3], to some 1e-8. The same bits for any number of threads.
+/// What the volume term needs of a step, in SI units.
+struct VolumeFlow {
+    double excess = 0;  ///< V - V_0 before the step, to some 1e-8 of V [m^3]
+    double flow = 0;    ///< sum_i a_i . v'_i [m^3/s]; only with the volume term
+    double give = 0;    ///< sum_i |a_i|^2 / (m_i + h c_i) [m^4/kg]; only with the volume term
+};
+
+/// One symplectic Euler step of h [s] under gravity [m/s^2], but for the volume term. False if something left
+/// the numbers. `volume` is filled in if not null, as it must not be with the volume term. The same bits for
+/// any number of threads.
 bool advance(Packed& packed, const VectorKernels& kernel, double h, const Vector& gravity, Team& team,
-             double* volume = nullptr);
+             VolumeFlow* volume = nullptr);
+
+/// a_i [m^2] at the positions before the last step.
+Vector area(const Packed& packed, Index vertex);
+
+/// What a pressure P does in the step of h just taken: v_i += to_v P a_i / (m_i + h c_i) and u_i += to_u of
+/// the same, to_v [s] and to_u [s^2]. False if something left the numbers.
+bool press(Packed& packed, const VectorKernels& kernel, double h, double to_v_P, double to_u_P, Team& team);
+
+/// V - V_0 [m^3] as things are now, with the volume term.
+double volume_excess(Packed& packed, const VectorKernels& kernel, Team& team);
 
 }  // namespace innerspring

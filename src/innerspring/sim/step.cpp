@@ -10,6 +10,7 @@
 #include "innerspring/sim/implicit.h"
 #include "innerspring/sim/kernel.h"
 #include "innerspring/sim/packed.h"
+#include "innerspring/sim/press.h"
 #include "innerspring/sim/stability.h"
 
 namespace innerspring {
@@ -55,6 +56,10 @@ struct Workspace::Data {
     Contact contact;
     LargestMotion largest;
     bool tools = false;  ///< were there: symplectic Euler then
+    VolumeTerm volume;
+    std::vector<Vector> area, response;  ///< a_i, and dv_i / d(h P), of the sub-step
+    std::vector<double> sums;            ///< per block
+    double pressure = 0;                 ///< sum over the sub-steps of a step [Pa]
 };
 
 namespace {
@@ -109,8 +114,80 @@ void touch(const Loads& loads, double time, double h, const std::vector<Vector>&
     }
 }
 
-/// One symplectic Euler step of length h; state changes only if all stays finite.
-Index substep(const Body& body, const Loads& loads, double h, State& state, Workspace::Data& w) {
+/// sum_i of what `term(i)` gives, block by block.
+template <class Term>
+double sum_over(std::size_t n, Workspace::Data& w, Term&& term) {
+    w.sums.resize(block_count(n));
+    w.team.run(w.sums.size(), [&](std::size_t block) {
+        double sum = 0;
+        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
+            sum += term(i);
+        w.sums[block] = sum;
+    });
+    double sum = 0;
+    for (double part : w.sums) sum += part;
+    return sum;
+}
+
+/// The volume term's and the tools' part of a sub-step in double precision: w.v, and w.x if `move`, get what
+/// w.response says to the pressure that is missing. w.area and w.response are those of the places x.
+void press(const Body& body, const Loads& loads, double time, const std::vector<Vector>& x, bool move,
+           Pressing& s, Workspace::Data& w) {
+    const std::size_t n = body.vertices();
+    for (const Pin& pin : loads.pins)
+        for (Index i : pin.vertices) w.response[i].setZero();
+    s.flow = sum_over(n, w, [&](std::size_t i) { return w.area[i].dot(w.v[i]); });
+    s.give = sum_over(n, w, [&](std::size_t i) { return w.area[i].dot(w.response[i]); });
+    double P = s.missing();
+    if (!loads.tools.empty())
+        P = press_against_tools(
+            s, loads, time, w.contact, [&](Candidate& c) { c.x = x[c.vertex], c.v = w.v[c.vertex]; },
+            [&](Index i) -> const Vector& { return w.area[i]; },
+            [&](Index i) -> const Vector& { return w.response[i]; });
+    w.team.run(block_count(n), [&](std::size_t block) {
+        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
+            w.v[i] += s.h * P * w.response[i];
+            if (move) w.x[i] += s.h * s.h * P * w.response[i];
+        }
+    });
+    if (!loads.tools.empty())
+        for (const Candidate& c : w.contact.candidates()) {
+            w.v[c.vertex] = c.v;
+            if (move) w.x[c.vertex] = c.x;
+        }
+    s.P += P;
+}
+
+/// What curvature left of V - V_0 at the end of a step, where hard: moved out along the response of those
+/// that neither pin nor tool holds, without a speed; but a free body is turned so much the slower or faster
+/// as its angular momentum asks.
+void restore_volume(const Body& body, const Loads& loads, Workspace::Data& w) {
+    if (!loads.tools.empty())
+        for (const Candidate& c : w.contact.candidates())
+            if (c.changed) w.response[c.vertex].setZero();
+    Vector gained = Vector::Zero();
+    for (int round = 0; round < 3; ++round) {
+        const double excess = w.volume.find(w.x, w.area, w.team);
+        const double give =
+            sum_over(body.vertices(), w, [&](std::size_t i) { return w.area[i].dot(w.response[i]); });
+        if (!(std::abs(excess) > 1e-12 * body.volume) || !(give > 0)) break;
+        for (std::size_t i = 0; i < body.vertices(); ++i) {
+            const Vector by = -excess / give * w.response[i];
+            w.x[i] += by;
+            if (body.free) gained += body.m[i] * by.cross(w.v[i]);
+        }
+    }
+    if (!body.free || gained.isZero(0)) return;
+    Moments moments;
+    for (std::size_t i = 0; i < body.vertices(); ++i) moments.add(body.m[i], w.x[i] - w.x[0], Vector::Zero());
+    moments.xv = -gained;
+    const RigidMotion turn = rigid_motion(moments);
+    for (std::size_t i = 0; i < body.vertices(); ++i)
+        w.v[i] += turn.angular.cross(w.x[i] - w.x[0] - turn.centre);
+}
+
+/// One symplectic Euler step of length h, the last of a step or not; state changes only if all stays finite.
+Index substep(const Body& body, const Loads& loads, double h, bool last, State& state, Workspace::Data& w) {
     const std::size_t n = body.vertices();
     auto each_block = [&](auto&& advance) {
         w.team.run(w.not_finite.size(), [&](std::size_t block) {
@@ -138,29 +215,62 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
             }
         }
     };
+    const bool pressing = w.volume.active();
+    Pressing pressure;
+    if (pressing) {
+        pressure.excess = w.volume.find(state.x, w.area, w.team);
+        pressure.compliance = w.volume.compliance(), pressure.h = h;
+        w.response.resize(body.vertices());
+        for (std::size_t i = 0; i < body.vertices(); ++i)
+            w.response[i] = w.area[i] / (body.m[i] + (body.free ? 0 : h * body.c[i]));
+    }
     Index bad;
     if (!body.free) {
-        bad = each_block([&](std::size_t first, std::size_t last) { return advance_held(s, first, last); });
-        if (bad == no_index && !loads.tools.empty())
+        bad = each_block([&](std::size_t from, std::size_t to) { return advance_held(s, from, to); });
+        if (pressing) {
+            move_pins();
+            if (bad == no_index) press(body, loads, state.time, state.x, true, pressure, w);
+        } else if (bad == no_index && !loads.tools.empty()) {
             touch(loads, state.time, h, state.x, w.v, &w.x, w.contact);
+        }
     } else {
-        bad = each_block([&](std::size_t first, std::size_t last) { return accelerate(s, first, last); });
+        bad = each_block([&](std::size_t from, std::size_t to) { return accelerate(s, from, to); });
         move_pins();  // what pinned vertices really do is part of the motion that is not damped,
-        if (bad == no_index && !loads.tools.empty())  // and so is what the tools make of it
+        if (pressing && bad == no_index)
+            press(body, loads, state.time, state.x, false, pressure, w);
+        else if (bad == no_index && !loads.tools.empty())  // and so is what the tools make of it
             touch(loads, state.time, h, state.x, w.v, nullptr, w.contact);
-        const RigidMotion home =
-            body.material.damping > 0 ? rigid_fit(body, h, s.x, s.v_out, w.team) : RigidMotion{};
+        const bool damped = body.material.damping > 0;
+        const RigidMotion home = damped ? rigid_fit(body, h, s.x, s.v_out, w.team) : RigidMotion{};
         if (bad == no_index)
             bad = each_block(
-                [&](std::size_t first, std::size_t last) { return damp_and_move(s, home, first, last); });
-        if (bad == no_index && !loads.tools.empty())
+                [&](std::size_t from, std::size_t to) { return damp_and_move(s, home, from, to); });
+        if (pressing && bad == no_index) {
+            // Pressure on top is damped as all else: relative to the motion that it has as a whole.
+            if (damped) {
+                const RigidMotion part = rigid_fit(body, h, s.x, w.response.data(), w.team);
+                for (std::size_t i = 0; i < body.vertices(); ++i) {
+                    const Vector whole = part.linear + part.angular.cross(s.x[i] - part.centre);
+                    w.response[i] = whole + (w.response[i] - whole) / (1 + h * body.c[i] / body.m[i]);
+                }
+            }
+            move_pins();
+            press(body, loads, state.time, state.x, true, pressure, w);
+        } else if (bad == no_index && !loads.tools.empty()) {
             touch(loads, state.time, h, state.x, w.v, &w.x, w.contact);
+        }
     }
+    w.pressure += pressure.P;
     // Zero again, so that nothing is left of these loads when others come.
     for (const Force& f : loads.forces)
         for (Index i : f.vertices) w.external[i].setZero();
     if (bad != no_index) return bad;
     move_pins();
+    if (pressing) {
+        if (w.volume.hard() && last) restore_volume(body, loads, w);
+        for (std::size_t i = 0; i < body.vertices(); ++i)
+            if (!(w.x[i].squaredNorm() + w.v[i].squaredNorm() < 1e200)) return Index(i);
+    }
     state.x.swap(w.x);
     state.v.swap(w.v);
     state.time = time;
@@ -168,26 +278,68 @@ Index substep(const Body& body, const Loads& loads, double h, State& state, Work
 }
 
 /// The same in single precision, on w.packed; `time` [s] is that before the sub-step.
-bool packed_substep(const Body& body, const Loads& loads, double time, double h, Workspace::Data& w,
-                    double* volume) {
+bool packed_substep(const Body& body, const Loads& loads, double time, double h, bool last,
+                    Workspace::Data& w, double* volume) {
     Packed& p = *w.packed;
     for (const Force& f : loads.forces)
         push(p, body, f.vertices, f.weights, h * at(f.profile, time) * f.newton);
     const VectorKernels& kernel = w.options.kernel ? *w.options.kernel : *vector_kernels().front();
-    if (!advance(p, kernel, h, loads.gravity, w.team, volume)) return false;
-    if (!loads.tools.empty()) {
-        for (Candidate& c : w.contact.candidates()) {
-            c.x = body.rest.positions[c.vertex] + displacement_before(p, c.vertex);
-            c.v = velocity(p, c.vertex);
-        }
-        w.contact.resolve(loads, time, h);
+    const bool pressing = w.volume.active(), tools = !loads.tools.empty();
+    VolumeFlow flow;
+    if (!advance(p, kernel, h, loads.gravity, w.team, volume || pressing ? &flow : nullptr)) return false;
+    if (volume) *volume = pressing ? body.volume + flow.excess : flow.excess;
+    const auto look = [&](Candidate& c) {
+        c.x = body.rest.positions[c.vertex] + displacement_before(p, c.vertex);
+        c.v = velocity(p, c.vertex);
+    };
+    const auto place_touched = [&](bool all) {
+        if (!tools) return;
         for (const Candidate& c : w.contact.candidates())
-            if (c.changed) place(p, c.vertex, c.x - body.rest.positions[c.vertex], c.v);
+            if (c.changed || all) place(p, c.vertex, c.x - body.rest.positions[c.vertex], c.v);
+    };
+    const auto move_pins = [&] {
+        for (const Pin& pin : loads.pins) {
+            const Vector offset = offset_at(pin, time + h), velocity = (offset - offset_at(pin, time)) / h;
+            for (Index i : pin.vertices) place(p, i, offset, velocity);
+        }
+    };
+    if (pressing) {
+        Pressing s;
+        s.excess = flow.excess, s.flow = flow.flow, s.give = flow.give;
+        s.compliance = w.volume.compliance(), s.h = h;
+        const auto response = [&](Index i) { return Vector(area(p, i) / (body.m[i] + h * body.c[i])); };
+        for (const Pin& pin : loads.pins) {  // what the kernel took for free
+            const Vector v = (offset_at(pin, time + h) - offset_at(pin, time)) / h;
+            for (Index i : pin.vertices) {
+                const Vector a = area(p, i);
+                s.flow += a.dot(v - velocity(p, i)), s.give -= a.dot(response(i));
+            }
+        }
+        const double P =
+            tools ? press_against_tools(
+                        s, loads, time, w.contact, look, [&](Index i) { return area(p, i); }, response)
+                  : s.missing();
+        if (!press(p, kernel, h, h * P, h * h * P, w.team)) return false;
+        place_touched(true);
+        move_pins();
+        w.pressure += P;
+        if (!w.volume.hard() || !last) return true;
+        // What curvature left of V - V_0, without a speed.
+        if (tools)
+            for (const Candidate& c : w.contact.candidates())
+                if (c.changed && c.inverse_mass > 0) s.give -= area(p, c.vertex).dot(response(c.vertex));
+        if (s.give > 0 && !press(p, kernel, h, 0, -volume_excess(p, kernel, w.team) / s.give, w.team))
+            return false;
+        place_touched(false);
+        move_pins();
+        return true;
     }
-    for (const Pin& pin : loads.pins) {
-        const Vector offset = offset_at(pin, time + h), velocity = (offset - offset_at(pin, time)) / h;
-        for (Index i : pin.vertices) place(p, i, offset, velocity);
+    if (tools) {
+        for (Candidate& c : w.contact.candidates()) look(c);
+        w.contact.resolve(loads, time, h);
+        place_touched(false);
     }
+    move_pins();
     return true;
 }
 
@@ -240,8 +392,24 @@ void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nu
 Workspace::Workspace(const Body& body, const StepOptions& options) {
     if (!(options.dt > 0 && std::isfinite(options.dt)))
         throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
-    data.reset(new Data{
-        options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}, {}, {}, false});
+    data.reset(new Data{options,
+                        options.integrator,
+                        1,
+                        Team(options.threads),
+                        {},
+                        {},
+                        {},
+                        {},
+                        {},
+                        {},
+                        {},
+                        {},
+                        {},
+                        false,
+                        VolumeTerm(body),
+                        {},
+                        {},
+                        {}});
     data->bound = stability_bound(body);
     prepare(body, *data);
 }
@@ -249,6 +417,7 @@ Workspace::Workspace(const Body& body, const StepOptions& options) {
 void Workspace::adapt(const Body& body, const Transfer& transfer) {
     update(data->bound, body, transfer.surface, transfer.body);
     data->contact.forget();
+    data->volume.adapt(transfer.body);
     if (data->packed) innerspring::adapt(*data->packed, body, transfer.surface, transfer.body);
     prepare(body, *data, &transfer);
 }
@@ -296,17 +465,19 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
     load(*w.packed, body, state, w.team);
     for (int n = 0; n < count; ++n) {
         const double end = end_of_step(now, dt);
+        w.pressure = 0;
         if (!loads.tools.empty()) {
             find_largest(*w.packed, w.team, w.largest);
             begin_contact(body, loads, now.time, state, w);
         }
         for (report.substeps = 0; report.substeps < w.substeps; ++report.substeps, now.time += h) {
             double* const volume = w.options.volume && report.substeps == 0 ? &report.volume : nullptr;
-            if (!packed_substep(body, loads, now.time, h, w, volume)) {
+            if (!packed_substep(body, loads, now.time, h, report.substeps + 1 == w.substeps, w, volume)) {
                 report.not_finite = first_bad(*w.packed);
                 return report;
             }
         }
+        report.pressure = w.pressure / w.substeps;
         if (!loads.tools.empty()) w.contact.end(dt);
         now.time = end;
         ++now.steps;
@@ -325,12 +496,14 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
     const double dt = w.options.dt, h = dt / w.substeps, end = end_of_step(state, dt);
     const double V = w.options.volume ? volume(state.x, body.rest.triangles) : 0;
     StepReport report;
+    w.pressure = 0;
     if (!loads.tools.empty()) begin_contact(body, loads, state.time, state, w);
     if (w.implicit)
         report = w.implicit->step(loads, w.options, state, w.team);
     else
         for (; report.substeps < w.substeps && report.not_finite == no_index; ++report.substeps)
-            report.not_finite = substep(body, loads, h, state, w);
+            report.not_finite = substep(body, loads, h, report.substeps + 1 == w.substeps, state, w);
+    if (!w.implicit) report.pressure = w.pressure / w.substeps;
     if (!loads.tools.empty()) w.contact.end(dt);
     report.volume = V;
     if (report.not_finite == no_index) {

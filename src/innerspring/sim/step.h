@@ -49,6 +49,7 @@ struct StepReport {
     double residual = 0;          ///< implicit: Euclidean norm of what is left [N]
     bool converged = true;        ///< implicit: residual below the tolerance; linearised: a step was found
     double volume = 0;            ///< with StepOptions::volume: Eq. 4 before the step [m^3]
+    double pressure = 0;          ///< of the volume term, mean over the step [Pa]; see VolumeTerm
     Index not_finite = no_index;  ///< first vertex that left the numbers; the state is then the last good one
 };
 

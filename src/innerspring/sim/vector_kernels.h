@@ -45,7 +45,25 @@ struct PackedStep {
     PackedRow* out;    ///< another array, with q as in `in`; u is written
     PackedVectors* v;  ///< per slice, in place
     float h;
-    float hg[3];  ///< h times gravity
+    float hg[3];                    ///< h times gravity
+    PackedVectors* area = nullptr;  ///< per slice: 6 a_i, written; for the volume term (volume.h)
+};
+
+/// Over a block of slices, at the positions read and the velocities written.
+struct PackedSums {
+    double volume = 0;  ///< sum_i x_i . a_i / 3, the vertices' share of Eq. 4
+    double flow = 0;    ///< sum_i 6 a_i . v'_i
+    double give = 0;    ///< sum_i |6 a_i|^2 / (m_i + h c_i)
+};
+
+/// What a pressure does after the step (volume.h): v_i += to_v r_i, u_i += to_u r_i, r_i = 6 a_i / (m_i + h
+/// c_i).
+struct PackedPress {
+    const PackedVectors* area;
+    const PackedCoefficients* coefficients;
+    PackedRow* rows;
+    PackedVectors* v;
+    float h, to_v, to_u;
 };
 
 /// A dense panel times what lies at places of an array of fours (x, y, z, 0), for the three together:
@@ -99,10 +117,16 @@ struct NetSums {
 struct VectorKernels {
     const char* name;
 
-    /// Slices [first, last) of an explicit step. False if anything left the numbers. `volume`, if not null:
-    /// the vertices' share of Eq. 4 at the positions read, sum_i x_i/3 (A_i)_x, A_i the area vector of the
-    /// triangles at i; one component is enough, as the three sums are equal on a closed surface.
-    bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, double* volume);
+    /// Slices [first, last) of an explicit step. False if anything left the numbers. `sums`, if not null: the
+    /// volume, from one component of a_i, as the three sums are equal on a closed surface; where step.area is
+    /// given from all three, and the other sums too.
+    bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, PackedSums* sums);
+
+    /// False if anything left the numbers.
+    bool (*press)(const PackedPress& press, std::size_t first, std::size_t last);
+
+    /// The sum `volume` of advance() with areas, to the same bits, at the rows `in` alone.
+    double (*volume)(const PackedStep& step, std::size_t first, std::size_t last);
 
     void (*multiply)(const PanelProduct<float>& product);
 

@@ -5,9 +5,14 @@
 namespace innerspring {
 
 const VectorKernels* portable_kernels() {
-    static const VectorKernels kernels{
-        "portable",   advance_slices<Portable>, multiply_plain<float>, stretch_plain, pull_plain,
-        tangent_plain};
+    static const VectorKernels kernels{"portable",
+                                       advance_slices<Portable>,
+                                       press_slices<Portable>,
+                                       volume_of_slices<Portable>,
+                                       multiply_plain<float>,
+                                       stretch_plain,
+                                       pull_plain,
+                                       tangent_plain};
     return &kernels;
 }
 
