@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <map>
+#include <tuple>
 
 #include "innerspring/mesh/read.h"
 #include "innerspring/mesh/shapes.h"
@@ -21,16 +22,17 @@ using namespace innerspring;
 
 namespace {
 
-const Body& sphere_body(long vertices, bool free) {
-    static std::map<std::pair<long, bool>, Body> bodies;
-    auto it = bodies.find({vertices, free});
+const Body& sphere_body(long vertices, bool free, double poisson = 0) {
+    static std::map<std::tuple<long, bool, double>, Body> bodies;
+    const std::tuple key(vertices, free, poisson);
+    auto it = bodies.find(key);
     if (it == bodies.end()) {
         BodyOptions options;
         options.free = free;
-        it = bodies
-                 .emplace(std::pair(vertices, free),
-                          build_body(make_shape(fmt::format("icosphere:vertices={}", vertices)), {}, options))
-                 .first;
+        Material material;
+        material.poisson = poisson;
+        const SurfaceMesh mesh = make_shape(fmt::format("icosphere:vertices={}", vertices));
+        it = bodies.emplace(key, build_body(mesh, material, options)).first;
     }
     return it->second;
 }
@@ -48,8 +50,9 @@ void per_vertex(benchmark::State& b, const Body& body, double steps) {
 }
 
 /// A hundred symplectic Euler steps per iteration, the state read before and written after.
-void symplectic(benchmark::State& b, bool free, Precision precision, bool with_volume = false) {
-    const Body& body = sphere_body(b.range(0), free);
+void symplectic(benchmark::State& b, bool free, Precision precision, bool with_volume = false,
+                double poisson = 0) {
+    const Body& body = sphere_body(b.range(0), free, poisson);
     StepOptions options;
     options.integrator = Integrator::symplectic;
     options.precision = precision;
@@ -147,8 +150,18 @@ BENCHMARK_CAPTURE(symplectic, single_with_volume, false, Precision::single, true
     ->ArgNames({"vertices", "threads"})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, single_poisson, false, Precision::single, false, 0.4)
+    ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(symplectic, held, false, Precision::full)
     ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, held_poisson, false, Precision::full, false, 0.4)
+    ->ArgsProduct({{642, 10242}, {1}})
     ->ArgNames({"vertices", "threads"})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);

@@ -262,5 +262,93 @@ TEST(Volume, SameBitsForAnyNumberOfThreadsAndKernel) {
     }
 }
 
+// A tool that presses in: V stays, and at rest it feels what the springs pull with, as the pressure adds up to
+// nothing over the whole surface. It feels more than without.
+TEST(Volume, AToolFeelsTheSpringsAndThePressure) {
+    for (Precision precision : {Precision::single, Precision::full}) {
+        std::vector<double> felt;
+        for (double nu : {0.0, 0.4, 0.5}) {
+            const Body body = sphere(nu, "icosphere:vertices=642");
+            Tool ball = sphere_tool(0.3, {0, 0, 0});
+            ball.path = {{0, {Vector(0.05, 0.02, 1.31), Eigen::Quaterniond::Identity()}},
+                         {0.4, {Vector(0.05, 0.02, 1.15), Eigen::Quaterniond::Identity()}}};
+            const Loads loads{Vector::Zero(), {}, {}, {ball}};
+            StepOptions options;
+            options.dt = 0.005, options.precision = precision, options.integrator = Integrator::symplectic;
+            Workspace workspace(body, options);
+            State state = rest_state(body);
+            double worst = 0;
+            for (int n = 0; n < 500; ++n) {
+                ASSERT_EQ(step(body, loads, state, workspace).not_finite, no_index);
+                worst = std::max(worst, std::abs(change(body, state)));
+            }
+            if (nu == 0.5) EXPECT_LT(worst, 1e-8);
+            std::vector<Vector> f(body.vertices(), Vector::Zero());
+            add_inner_forces(body, {}, state.x, f);
+            Vector springs = Vector::Zero();
+            for (const Vector& each : f) springs += each;
+            const Vector F = workspace.contact().tools[0].force;
+            EXPECT_LT((F - springs).norm(), (precision == Precision::full ? 1e-5 : 2e-4) * F.norm()) << nu;
+            felt.push_back(F.z());
+        }
+        EXPECT_GT(felt[1], 1.02 * felt[0]);
+        EXPECT_GT(felt[2], 1.02 * felt[1]);
+    }
+}
+
+// Refined in the middle of a press: V stays, and the pressure hardly changes.
+TEST(Volume, RefinementKeepsVolumeAndPressure) {
+    for (const Way& way : ways) {
+        if (way.free) continue;
+        Body body = sphere(0.5, "sphere:vertices=800");
+        Loads loads = push(body, 0.01);
+        Workspace workspace(body, options_of(way));
+        State state = rest_state(body);
+        StepReport before, after;
+        for (int n = 0; n < 100; ++n) before = step(body, loads, state, workspace);
+        Subdivision history(body.rest);
+        const Transfer transfer =
+            refine(body, history, state, triangles_near(body.rest, {1, 0, 0}, 0.3));
+        carry_over(loads, body, transfer);
+        workspace.adapt(body, transfer);
+        EXPECT_GT(body.vertices(), 820u);
+        for (int n = 0; n < 100; ++n) {
+            after = step(body, loads, state, workspace);
+            ASSERT_EQ(after.not_finite, no_index) << way.name;
+            EXPECT_LT(std::abs(change(body, state)), 1e-8) << way.name << ' ' << n;
+        }
+        EXPECT_NEAR(after.pressure / before.pressure, 1, 0.01) << way.name;
+    }
+}
+
+// Left alone on a floor for a minute, a free body neither shakes nor rolls.
+TEST(Volume, ABodyOnAFloorRestsForAMinute) {
+    for (double nu : {0.45, 0.5}) {
+        BodyRecipe recipe;
+        recipe.free = true, recipe.poisson = nu, recipe.young = 100, recipe.surface = 10;
+        const Body body = make_body("icosphere:vertices=162", recipe);
+        const Loads loads{{0, -9.81, 0}, {}, {}, {plane_tool({0, -1, 0}, {0, 1, 0}, 0.5)}};
+        StepOptions options;
+        options.dt = 0.01, options.integrator = Integrator::symplectic;
+        Workspace workspace(body, options);
+        State state = rest_state(body);
+        for (int n = 0; n < 2000; ++n) ASSERT_EQ(step(body, loads, state, workspace).not_finite, no_index);
+        const State settled = state;
+        double fastest = 0, moved = 0;
+        for (int n = 0; n < 6000; ++n) {
+            step(body, loads, state, workspace);
+            Vector momentum = Vector::Zero();
+            for (std::size_t i = 0; i < body.vertices(); ++i) momentum += body.m[i] * state.v[i];
+            fastest = std::max(fastest, momentum.norm() / body.material.mass);
+        }
+        for (std::size_t i = 0; i < body.vertices(); ++i)
+            moved = std::max(moved, (state.x[i] - settled.x[i]).norm());
+        EXPECT_LT(fastest, 1e-6) << nu;
+        EXPECT_LT(moved, 1e-5) << nu;
+        const Vector weight = body.material.mass * loads.gravity;
+        EXPECT_LT((workspace.contact().tools[0].force - weight).norm(), 1e-5 * weight.norm()) << nu;
+    }
+}
+
 }  // namespace
 }  // namespace innerspring

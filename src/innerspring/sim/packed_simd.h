@@ -16,9 +16,8 @@ struct Fan {
     using F = typename S::F;
     F x, y, z;  ///< 6 a_i
     F first[3], last[3];
-    bool begun = false;
 
-    Fan() : x(S::all(0)), y(x), z(x) {}
+    Fan() : x(S::all(0)), y(x), z(x), first{x, x, x}, last{x, x, x} {}
     void cross(F dx, F dy, F dz) {
         if constexpr (sums == Sums::pressure) {
             y = y + (last[2] * dx - last[0] * dz);
@@ -26,16 +25,14 @@ struct Fan {
         }
         x = x + (last[1] * dz - last[2] * dy);
     }
-    void next(F dx, F dy, F dz) {
-        if (begun)
-            cross(dx, dy, dz);
+    void next(bool begins, F dx, F dy, F dz) {
+        if (begins)
+            first[0] = dx, first[1] = dy, first[2] = dz;
         else
-            first[0] = dx, first[1] = dy, first[2] = dz, begun = true;
+            cross(dx, dy, dz);
         last[0] = dx, last[1] = dy, last[2] = dz;
     }
-    void close() {
-        if (begun) cross(first[0], first[1], first[2]);
-    }
+    void close() { cross(first[0], first[1], first[2]); }
     /// 18 times the vertices' share of Eq. 4, one after the other.
     void add_volume(const F* q, const F* u, double& sum) const {
         float share[S::width];
@@ -102,7 +99,7 @@ bool advance(const PackedStep& s, std::size_t first, std::size_t last, PackedSum
                 const F d2 = dx * dx + dy * dy + dz * dz, l2 = ex * ex + ey * ey + ez * ez;
                 const F tension = S::load(slot->k + lane) * gain / (d2 + S::root(d2 * l2) + tiny);
                 fx = fx + tension * dx, fy = fy + tension * dy, fz = fz + tension * dz;
-                if constexpr (sums != Sums::none) fan.next(dx, dy, dz);
+                if constexpr (sums != Sums::none) fan.next(slot == slots, dx, dy, dz);
             }
             if constexpr (sums != Sums::none) {
                 fan.close();
@@ -153,7 +150,7 @@ double volume_of_slices(const PackedStep& s, std::size_t first, std::size_t last
             for (const PackedSlot* slot = slots; slot != end; ++slot) {
                 F qj[3], uj[3];
                 S::rows(s.in, slot->offset + lane, qj, uj);
-                fan.next((qj[0] - q[0]) + (uj[0] - u[0]), (qj[1] - q[1]) + (uj[1] - u[1]),
+                fan.next(slot == slots, (qj[0] - q[0]) + (uj[0] - u[0]), (qj[1] - q[1]) + (uj[1] - u[1]),
                          (qj[2] - q[2]) + (uj[2] - u[2]));
             }
             fan.close();
