@@ -161,6 +161,13 @@ Summary run(const Scene& scene, const RunOptions& options) {
     summary.subject = describe(scene, setup);
     summary.warnings = std::move(setup.notes);
     summary.dt_s = scene.step.dt;
+    if (!options.resume)
+        for (const Tool& tool : loads.tools)
+            if (const double depth = overlap(tool, 0, body.rest); depth > 0.01 * body.radius)
+                summary.warnings.push_back(fmt::format(
+                    "tool '{}' begins {:.3g} m inside the body: what is inside is put out first, and what it "
+                    "feels then says little; let it begin outside",
+                    tool.name, depth));
 
     Workspace workspace(body, scene.step);
     State state = rest_state(body);

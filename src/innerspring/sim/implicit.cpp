@@ -17,6 +17,9 @@ constexpr double normal_share = 4;
 /// Evaluations after which Newton's method takes over.
 constexpr int most_quick = 40;
 
+/// Of touch().
+constexpr int most_rounds = 30;
+
 double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
@@ -100,7 +103,11 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     }
     const Net::Value value = net_.evaluate(x, d_, z_, is_pinned_, g, team);
     gradient2_ = value.gradient2;
-    return value.total() + constant / 2;
+    if (hold_.empty()) return value.total() + constant / 2;
+    const double friction = hold_.add_forces(x, g);
+    hold_.project(g);
+    gradient2_ = dot(g, g);
+    return value.total() + constant / 2 + friction;
 }
 
 void ImplicitSolver::evaluate(Point& at) {
@@ -122,15 +129,19 @@ void ImplicitSolver::linearise(const Field& x) {
 
 double ImplicitSolver::multiply(const Field& p, Field& q) {
     const double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
-    return motion_ ? pq + motion_->add_to(p, is_pinned_, q) : pq;
+    const double all = motion_ ? pq + motion_->add_to(p, is_pinned_, q) : pq;
+    hold_.project(q);
+    return all;
 }
 
 double ImplicitSolver::precondition(const Field& r, Field& z) {
-    return inverse_.apply(r, z, *team_);
+    const double rz = inverse_.apply(r, z, *team_);
+    hold_.project(z);
+    return rz;
 }
 
 void ImplicitSolver::settle(Field& x) {
-    if (!body_.free) net_.settle(x, d_, z_, is_pinned_);  // the places of a free body move with it
+    if (!body_.free) net_.settle(x, d_, z_, hold_.empty() ? is_pinned_ : still_);  // the places of a free body move with it
 }
 
 /// direction_ = -(L-BFGS matrix)^-1 gradient (two-loop recursion, Nocedal 1980); returns its slope.
@@ -146,6 +157,7 @@ double ImplicitSolver::direction(const Field& gradient) {
         add(-alpha[age], pair(age).y, q_);
     }
     inverse_.apply(*q, direction_, *team_);
+    hold_.project(direction_);
     for (std::size_t age = kept_; age-- > 0;)
         add(alpha[age] - pair(age).inverse * dot(pair(age).y, direction_), pair(age).s, direction_);
     for (Vector& v : direction_) v = -v;
@@ -234,8 +246,52 @@ void ImplicitSolver::correct_rigidly() {
     for (Vector& x : at_.x) x = centre + by + R * (x - centre);
 }
 
-StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, State& state, Team& team) {
+/// From at_ with the gradient there, without tools, to the minimum with them: at_ and the points' impulses.
+template <class Minimise>
+bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, double rounding,
+                           StepReport& report, Minimise&& minimise) {
+    auto& candidates = contact.candidates();
+    for (int round = 0; round < most_rounds; ++round) {
+        // Each touched vertex by itself, against no less than its neighbours resist with.
+        for (Candidate& c : candidates) {
+            double D = d_[c.vertex];
+            for (const Spoke& spoke : body_.spokes_of(c.vertex)) D += 2 * spoke.k;
+            c.inverse_mass = c.inverse_mass > 0 ? 1 / (h_ * h_ * D) : 0;
+            c.x = start_[c.vertex];
+            c.v = (at_.x[c.vertex] - c.x) / h_ - h_ * c.inverse_mass * at_.g[c.vertex];
+        }
+        const bool more = contact.approach(loads, h_);
+        contact.press(loads);
+        double change2 = 0;
+        still_ = is_pinned_;
+        for (const Candidate& c : candidates) {
+            if (!c.changed || c.inverse_mass == 0) continue;
+            const Vector x = c.x + h_ * c.v;
+            change2 += ((x - at_.x[c.vertex]) / (h_ * h_ * c.inverse_mass)).squaredNorm();
+            at_.x[c.vertex] = x;
+            still_[c.vertex] = true;
+        }
+        if (round > 0 && !more && std::sqrt(change2) <= goal) return true;
+        hold_.take(contact, candidates, h_);
+        if (round == 0 && contact.points().empty() && !body_.free && pinned_.empty()) settle_translation();
+        if (change2 > 0 || !hold_.empty()) evaluate(at_), ++report.iterations;
+        // At least one step, so that what is left does not stay for ever.
+        const bool done = minimise(round > 0 ? goal : std::clamp(at_.residual / 2, rounding, goal));
+        report.residual = at_.residual;
+        if (!hold_.empty()) {
+            hold_.release();
+            evaluate(at_), ++report.iterations;
+        }
+        if (!done) return false;
+    }
+    return false;
+}
+
+StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, State& state, Team& team,
+                                Contact* contact) {
     team_ = &team;
+    const bool near = contact && !contact->candidates().empty();
+    if (near) contact->open(loads, state.time, h_);
     factorize(loads);
     const std::size_t n = body_.vertices();
     const double time = state.time + h_;
@@ -251,7 +307,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         z_[i] =
             (m * target_[i] + body_.c[i] / h_ * state.x[i] + body_.K[i] * body_.rest.positions[i]) / d_[i];
         // A free body falls; a held one is near its balance, its springs take up the loads as they come.
-        at_.x[i] = body_.free ? Vector(flown + h_ * h_ * loads.gravity) : flown;
+        at_.x[i] = body_.free && !near ? Vector(flown + h_ * h_ * loads.gravity) : flown;
         if (is_pinned_[i]) continue;
         load2 += (m * push).squaredNorm();
         momentum2 += (body_.m[i] / h_ * state.v[i]).squaredNorm();
@@ -284,27 +340,36 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             if (!(target_[report.not_finite].squaredNorm() < 1e200)) break;
         return report;
     }
-    if (!body_.free && pinned_.empty()) settle_translation();
+    if (!body_.free && pinned_.empty() && !near) settle_translation();
     // Below the rounding of the terms that are summed there is nothing left to gain.
     const double rounding = 4e-15 * std::sqrt(rounding2),
                  goal = std::max(options.tolerance * scale, rounding);
-    const auto newton = [&] {
-        Newton::Goal to{goal, scale, options.max_iterations,
+    const auto newton = [&](double residual) {
+        Newton::Goal to{residual, scale, options.max_iterations,
                         std::max(1, options.max_iterations - report.iterations)};
         if (options.linearised) to.most_iterations = 1, to.model = std::min(options.tolerance, to.model);
         const Newton::Report done = newton_.run(*this, at_.x, at_.g, at_.value, to);
-        report.converged = done.reached || (options.linearised && done.stepped);
+        const bool converged = done.reached || (options.linearised && done.stepped);
         report.iterations += done.products + done.evaluations;
         at_.value = done.value, at_.residual = done.residual;
         inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
+        return converged;
     };
-    if (options.linearised)
-        newton();
+    const auto quick = [&](double residual) {
+        if (options.linearised) return newton(residual);
+        const int most = near ? report.iterations + most_quick : most_quick;
+        return descend(residual, rounding, std::min(options.max_iterations, most), report);
+    };
+    if (near)
+        report.converged = touch(*contact, loads, goal, rounding, report, quick) ||
+                           touch(*contact, loads, goal, rounding, report, newton);
     else
-        report.converged = descend(goal, rounding, std::min(options.max_iterations, most_quick), report);
+        report.converged = quick(goal);
     // Phi at x^n is at least resting / 2. Never end above it, so that the energy never exceeds what the loads
     // and inertia bring.
-    if (!report.converged || at_.value > resting / 2) {
+    if (near && !contact->points().empty()) {
+        at_.residual = report.residual;
+    } else if (!report.converged || at_.value > resting / 2) {
         trial_.x = start_;
         move_pins(trial_.x);
         evaluate(trial_);
@@ -313,9 +378,15 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             std::swap(at_, trial_);
             report.converged = at_.residual <= goal;
         }
-        if (!report.converged) newton();
+        if (!report.converged) report.converged = newton(goal);
     }
     report.residual = at_.residual;
+    if (near)
+        for (const Contact::Point& p : contact->points())
+            for (int k = 0; k < p.count; ++k) {
+                const Index i = contact->candidates()[p.corners[k]].vertex;
+                target_[i] += h_ / body_.m[i] * p.weights[k] * (p.jn * p.normal + p.jt);
+            }
     if (body_.free && pinned_.empty()) correct_rigidly();
 
     for (std::size_t i = 0; i < n; ++i) {
@@ -327,6 +398,11 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
     for (std::size_t i = 0; i < n; ++i) {
         state.v[i] = (at_.x[i] - start_[i]) / h_;
         state.x[i] = at_.x[i];
+    }
+    if (near) {
+        for (Candidate& c : contact->candidates()) c.x = state.x[c.vertex], c.v = state.v[c.vertex];
+        contact->close();
+        for (const Candidate& c : contact->candidates()) state.x[c.vertex] = c.x;
     }
     return report;
 }

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "innerspring/sim/contact_hold.h"
 #include "innerspring/sim/frame_motion.h"
 #include "innerspring/sim/kernel.h"
 #include "innerspring/sim/net.h"
@@ -21,10 +22,17 @@ namespace innerspring {
 /// L-BFGS (as Liu, Bouaziz & Kavan 2017 do with A for projective dynamics), from where each vertex flies on.
 /// Where that stalls, Newton's method goes on from there, or from standing still if Phi is lower there: the
 /// step never ends with more than standing still has, and is stable at any h and stiffness.
+///
+/// Tools add n . x >= b at the points that meet them, and Coulomb friction (ours, in the manner of Moré &
+/// Toraldo 1991): rounds of a projected step of every touched vertex by itself, with its neighbours held,
+/// which says what presses, sticks and slides and with which forces; then the minimum over the motions these
+/// leave; until a round changes nothing beyond the tolerance.
 class ImplicitSolver : private Minimand {
   public:
     ImplicitSolver(const Body& body, double h);
-    StepReport step(const Loads& loads, const StepOptions& options, State& state, Team& team);
+    /// `contact`: with its candidates for this step, where there are tools.
+    StepReport step(const Loads& loads, const StepOptions& options, State& state, Team& team,
+                    Contact* contact = nullptr);
 
     /// Goes on with the body after a refinement or its undoing.
     void adapt(const SurfaceChange& surface, const BodyChange& change);
@@ -41,6 +49,9 @@ class ImplicitSolver : private Minimand {
     void resize();
     void set_stiffness();
     void factorize(const Loads& loads);
+    template <class Minimise>
+    bool touch(Contact& contact, const Loads& loads, double goal, double rounding, StepReport& report,
+               Minimise&& minimise);
     bool descend(double goal, double rounding, int most, StepReport& report);
     double direction(const Field& gradient);
     void evaluate(Point& at);
@@ -64,6 +75,8 @@ class ImplicitSolver : private Minimand {
     Preconditioner inverse_;
     Field target_, start_, external_, z_;  ///< y, x^n, loads [N] and the places of the step at hand
     Field velocity_, direction_, q_;
+    ContactHold hold_;
+    std::vector<bool> still_;  ///< pinned or touched
     Newton newton_;
     std::optional<FrameMotion> motion_;  ///< of a free body
     Team* team_ = nullptr;

@@ -54,7 +54,6 @@ struct Workspace::Data {
     std::optional<ImplicitSolver> implicit;
     Contact contact;
     LargestMotion largest;
-    bool tools = false;  ///< were there: symplectic Euler then
 };
 
 namespace {
@@ -93,6 +92,7 @@ void begin_contact(const Body& body, const Loads& loads, double time, const Stat
         v2 = std::max(v2, state.v[i].squaredNorm());
     }
     motion.displacement = std::sqrt(u2), motion.speed = std::sqrt(v2);
+    if (w.implicit) motion.share = 1;
     w.contact.begin(body, loads, motion, w.bound.value, time, dt, h,
                     [&](Index i) -> const Vector& { return state.x[i]; });
 }
@@ -206,7 +206,7 @@ void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nu
     w.integrator = options.integrator;
     if (w.integrator == Integrator::automatic)
         w.integrator =
-            w.tools || wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
+            wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
                 ? Integrator::symplectic
                 : Integrator::implicit;
     if (w.integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
@@ -241,7 +241,7 @@ Workspace::Workspace(const Body& body, const StepOptions& options) {
     if (!(options.dt > 0 && std::isfinite(options.dt)))
         throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
     data.reset(new Data{
-        options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}, {}, {}, false});
+        options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}, {}, {}});
     data->bound = stability_bound(body);
     prepare(body, *data);
 }
@@ -327,7 +327,8 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
     StepReport report;
     if (!loads.tools.empty()) begin_contact(body, loads, state.time, state, w);
     if (w.implicit)
-        report = w.implicit->step(loads, w.options, state, w.team);
+        report = w.implicit->step(loads, w.options, state, w.team,
+                                  loads.tools.empty() ? nullptr : &w.contact);
     else
         for (; report.substeps < w.substeps && report.not_finite == no_index; ++report.substeps)
             report.not_finite = substep(body, loads, h, state, w);
@@ -344,13 +345,6 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
 
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count) {
     Workspace::Data& w = *workspace.data;
-    if (!loads.tools.empty() && w.integrator == Integrator::implicit) {
-        if (w.options.integrator == Integrator::implicit)
-            throw InputError(
-                "implicit steps know no tools yet; use the integrator auto or symplectic with tools");
-        w.tools = true;
-        prepare(body, w);
-    }
     if (w.packed) return packed_steps(body, loads, state, w, count);
     StepReport report;
     for (int n = 0; n < count && report.not_finite == no_index; ++n) report = one_step(body, loads, state, w);

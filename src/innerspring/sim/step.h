@@ -85,8 +85,7 @@ class Workspace {
 /// step. The same bits for any number of threads. In single precision `state` is read at the start and
 /// written at the end, so that many steps at a time cost less than each alone; their bits may differ from it
 /// in what rounding does to positions in double. The report is of the last step. `loads` must be valid
-/// (require_valid). Tools need symplectic Euler: `automatic` becomes that at the first step with tools, which
-/// then allocates; throws InputError where implicit was asked for, or too many sub-steps would be needed.
+/// (require_valid).
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count = 1);
 
 }  // namespace innerspring
