@@ -49,6 +49,7 @@ void Contact::add(Point& p, const Vector& local, double offset, bool touching, d
         p.inverse_mass += p.weights[n] * p.weights[n] * c.inverse_mass;
     }
     if (!(p.inverse_mass > 0)) return points_.pop_back();
+    p.known = touching || !long_;
     p.least = p.normal.dot(touching ? p.velocity : Vector((p.surface - p.x) / h));
 }
 
@@ -78,7 +79,7 @@ void Contact::meet(const Tool& tool, const VertexPair& pair, double h) {
     } else if (!touching) {
         // Past the far side, or through an edge: where it came in.
         const bool past = to.distance >= 0 ? from.distance + to.distance < (b - a).norm()
-                                           : from.normal.dot(to.normal) < 0.5;
+                                           : long_ || from.normal.dot(to.normal) < 0.5;
         if (past) {
             const double t = first_hit(tool, a, b, from.distance, touch_);
             if (t > 1 && to.distance >= 0) return;
@@ -158,6 +159,21 @@ void Contact::meet(const FacePair& pair, double h) {
         }
     } else if (radius > 0 && (d1 < radius || touching)) {
         p.normal = d1 > touch_ ? Vector((on1.point - s1) / d1) : Vector(-n1);
+        if (long_ && !touching) {
+            // Where they first touch, by steps of what is between them.
+            double way = (s1 - s0).norm(), distance = d0, t = 0;
+            for (int n = 0; n < 3; ++n) way = std::max(way, (x1[n] - x0[n] - (s1 - s0)).norm());
+            for (int step = 0; step < 100 && distance - radius > touch_ && t < 1; ++step) {
+                t = std::min(1.0, t + (distance - radius) / way);
+                std::array<Vector, 3> x;
+                for (int n = 0; n < 3; ++n) x[n] = x0[n] + t * (x1[n] - x0[n]);
+                const Vector s = s0 + t * (s1 - s0);
+                const OnTriangle on = nearest_on_triangle(s, x[0], x[1], x[2]);
+                distance = (on.point - s).norm();
+                if (distance > touch_) p.normal = (on.point - s) / distance;
+                p.weights = on.weights;
+            }
+        }
     } else if (radius == 0 && touching) {
         p.normal = -n1;
     } else {
@@ -212,7 +228,7 @@ void Contact::settle(const Loads& loads) {
             c.place = 1;
         }
     if (alone) {
-        for (Point& p : points_) relax(p, loads.tools[p.tool].friction);
+        for (Point& p : points_) relax(p, p.known ? loads.tools[p.tool].friction : 0);
         return;
     }
     steps_.assign(points_.size(), {});
@@ -222,7 +238,7 @@ void Contact::settle(const Loads& loads) {
         for (std::size_t n = 0; n < points_.size(); ++n) {
             Point& p = points_[n];
             const Vector j = p.jn * p.normal + p.jt;
-            relax(p, loads.tools[p.tool].friction);
+            relax(p, p.known ? loads.tools[p.tool].friction : 0);
             Steps& s = steps_[n];
             s.change = p.jn * p.normal + p.jt - j;
             square += s.change.squaredNorm();
@@ -251,8 +267,8 @@ void Contact::place_tools(const Loads& loads, double time, double h) {
     last_time_ = time;
 }
 
-/// The impulse at a point, at `arm` from the tool's origin, that did `work` on the body, which is moved out by
-/// `depth`.
+/// The impulse at a point, at `arm` from the tool's origin, that did `work` on the body, which is moved out
+/// by `depth`.
 void Contact::book(const Point& p, const Vector& arm, double work, double depth) {
     const Vector j = p.jn * p.normal + p.jt;
     for (int n = 0; n < p.count; ++n) {
@@ -322,13 +338,18 @@ bool Contact::approach(const Loads& loads, double h) {
     return points_.size() > before;
 }
 
-void Contact::press(const Loads& loads) {
+bool Contact::press(const Loads& loads) {
     for (Candidate& c : candidates_) c.changed = false, c.place = 0;
     for (Point& p : points_) {
+        if (!p.fresh) p.known = p.known || p.jn > 0;
+        p.fresh = false;
         p.jn = 0, p.jt.setZero(), p.sticks = false;
         for (int n = 0; n < p.count; ++n) candidates_[p.corners[n]].changed = true;
     }
     settle(loads);
+    return std::none_of(points_.begin(), points_.end(), [&](const Point& p) {
+        return p.jn > 0 && !p.known && loads.tools[p.tool].friction > 0;
+    });
 }
 
 void Contact::close() {

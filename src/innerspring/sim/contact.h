@@ -22,7 +22,8 @@ struct ContactReport {
     std::vector<ToolContact> tools;       ///< one per tool, in the order of the loads
     std::vector<VertexContact> vertices;  ///< those that were pressed; their forces and the tools' sum to 0
     double work = 0;                      ///< at most what the tools put into the body [J]
-    std::size_t looked_at = 0;  ///< pairs of a vertex or a face and a part of a tool that may meet in the step
+    std::size_t looked_at =
+        0;  ///< pairs of a vertex or a face and a part of a tool that may meet in the step
 };
 
 /// Pressure on a vertex [Pa]: the normal force over A_i at rest.
@@ -74,7 +75,8 @@ class Contact {
         double least = 0;                  ///< n . v' is at least this [m/s]
         double inverse_mass = 0, jn = 0;
         Vector jt = Vector::Zero();
-        bool sticks = false;  ///< friction holds it
+        bool sticks = false;              ///< friction holds it
+        bool fresh = true, known = true;  ///< of press(): new; whether jn is known well enough for friction
     };
 
     /// The body has changed.
@@ -99,14 +101,16 @@ class Contact {
     /// One sub-step from `time` to time + h on the candidates.
     void resolve(const Loads& loads, double time, double h);
 
-    /// The parts of a sub-step for those that solve for the body themselves, in their order. `inverse_mass` of
-    /// the candidates is then that of a vertex whose neighbours stay. `approach` adds points for what on its
-    /// way from x to x + h v gets to a tool, and says whether there are more than before; points stay until
-    /// `open`. `press` finds the impulses that the v it is given need, and the v after them. `close` books the
-    /// impulses of a step that ends at x with v, and puts out what is inside, by x.
+    /// The parts of a sub-step for those that solve for the body themselves, in their order. `inverse_mass`
+    /// of the candidates is then that of a vertex whose neighbours stay. `approach` adds points for what on
+    /// its way from x to x + h v gets to a tool, and says whether there are more than before; points stay
+    /// until `open`. `press` finds the impulses that the v it is given need, and the v after them. `close`
+    /// books the impulses of a step that ends at x with v, and puts out what is inside, by x.
     void open(const Loads& loads, double time, double h);
     bool approach(const Loads& loads, double h);
-    void press(const Loads& loads);
+    /// Friction waits until a point was pressed on in the call before, or touched at the start: false if it
+    /// does.
+    bool press(const Loads& loads);
     void close();
     std::span<const Point> points() const { return points_; }
 
@@ -128,11 +132,11 @@ class Contact {
         BoxTree probe_tree;
         double fine_side = 0;         ///< the least of the probes' [m]
         std::vector<double> nearest;  ///< per probe: to the large faces at the start of the step [m]
-        double bound = 0;         ///< of the ball about the origin that holds the tool [m]
-        double sweep = 0;         ///< how far its points move in this step [m]
-        double turn = 0;          ///< the angle [1]
-        Placed start, now, next;  ///< at the start of the step, before and after the sub-step
-        Placed back;              ///< from after the sub-step to before
+        double bound = 0;             ///< of the ball about the origin that holds the tool [m]
+        double sweep = 0;             ///< how far its points move in this step [m]
+        double turn = 0;              ///< the angle [1]
+        Placed start, now, next;      ///< at the start of the step, before and after the sub-step
+        Placed back;                  ///< from after the sub-step to before
     };
     struct Seen {
         Index vertex, tool;
@@ -202,8 +206,8 @@ class Contact {
     std::vector<FacePair> faces_;
     std::vector<Point> points_;
     std::vector<Steps> steps_;  ///< per point
-    bool long_ = false;         ///< steps so long that springs take vertices far: planes where they are, not go
-    double touch_ = 0;          ///< nearer than this is touching: rounding of positions [m]
+    bool long_ = false;  ///< steps so long that springs take vertices far: planes where they are, not go
+    double touch_ = 0;   ///< nearer than this is touching: rounding of positions [m]
     /// How far a vertex is taken to move in this step: twice what the fastest does and a share of what
     /// springs could set free [m]. What goes farther into a tool is put out in the next step.
     double reach_ = 0;

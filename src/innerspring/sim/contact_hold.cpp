@@ -6,6 +6,14 @@
 
 namespace innerspring {
 
+namespace {
+
+/// D of sliding points, in units of what resists there: with more their direction is found in fewer rounds,
+/// each of which takes longer.
+constexpr double firm = 3;
+
+}  // namespace
+
 void ContactHold::take(const Contact& contact, std::span<const Candidate> candidates, double h) {
     release();
     uses_.assign(candidates.size(), 0);
@@ -22,7 +30,10 @@ void ContactHold::take(const Contact& contact, std::span<const Candidate> candid
             vertices[n] = c.vertex, weights[n] = c.inverse_mass > 0 ? p.weights[n] : 0;
             square += weights[n] * weights[n];
         }
-        if (!p.sticks && p.jt.squaredNorm() > 0) forces_.push_back({vertices, weights, p.count, p.jt / h});
+        if (const double most = p.jt.norm() / h; !p.sticks && most > 0) {
+            sliding_.push_back({vertices, weights, p.count, p.normal, p.jt / h, p.x + h * p.velocity, most,
+                                firm / (h * h * p.inverse_mass), Vector::Zero()});
+        }
         if (p.count == 1 && uses_[p.corners[0]] == 1) {
             single_.push_back({vertices[0], p.sticks, p.normal});
             continue;
@@ -71,15 +82,41 @@ void ContactHold::factorize() {
     b_.resize(Eigen::Index(rows_.size()));
 }
 
-double ContactHold::add_forces(const Field& x, Field& g) const {
+Vector ContactHold::pull_at(const Sliding& s, const Field& x) {
+    Vector by = -s.stuck;
+    for (int n = 0; n < s.count; ++n) by += s.weights[n] * x[s.vertices[n]];
+    return s.force - s.stiffness * (by - s.normal.dot(by) * s.normal);
+}
+
+double ContactHold::add_friction(const Field& x, Field& g) const {
     double value = 0;
-    for (const Push& push : forces_)
-        for (int n = 0; n < push.count; ++n) {
-            const Vector f = push.weights[n] * push.force;
-            value -= f.dot(x[push.vertices[n]]);
-            g[push.vertices[n]] -= f;
-        }
+    for (const Sliding& s : sliding_) {
+        Vector f = pull_at(s, x);
+        const double size = f.norm(), left = std::min(size, s.most);
+        value += left * (size - left / 2) / s.stiffness;
+        if (size > s.most) f *= s.most / size;
+        for (int n = 0; n < s.count; ++n) g[s.vertices[n]] -= s.weights[n] * f;
+    }
     return value;
+}
+
+void ContactHold::linearise(const Field& x) {
+    for (Sliding& s : sliding_) s.pull = pull_at(s, x);
+}
+
+double ContactHold::multiply_friction(const Field& p, Field& q) const {
+    double sum = 0;
+    for (const Sliding& s : sliding_) {
+        Vector by = Vector::Zero();
+        for (int n = 0; n < s.count; ++n) by += s.weights[n] * p[s.vertices[n]];
+        by -= s.normal.dot(by) * s.normal;
+        const double size = s.pull.norm();
+        Vector f = s.stiffness * by;
+        if (size > s.most) f = s.most / size * (f - s.pull.dot(f) / (size * size) * s.pull);
+        sum += by.dot(f);
+        for (int n = 0; n < s.count; ++n) q[s.vertices[n]] += s.weights[n] * f;
+    }
+    return sum;
 }
 
 void ContactHold::project(Field& v) const {
@@ -91,6 +128,10 @@ void ContactHold::project(Field& v) const {
             a -= s.normal.dot(a) * s.normal;
     }
     if (rows_.empty()) return;
+    project_rows(v), project_rows(v);  // the second time for what little leaves
+}
+
+void ContactHold::project_rows(Field& v) const {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
         const Row& row = rows_[r];
         double sum = 0;

@@ -18,7 +18,7 @@ constexpr double normal_share = 4;
 constexpr int most_quick = 40;
 
 /// Of touch().
-constexpr int most_rounds = 30;
+constexpr int most_rounds = 15;
 
 double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
     double sum = 0;
@@ -104,7 +104,7 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     const Net::Value value = net_.evaluate(x, d_, z_, is_pinned_, g, team);
     gradient2_ = value.gradient2;
     if (hold_.empty()) return value.total() + constant / 2;
-    const double friction = hold_.add_forces(x, g);
+    const double friction = hold_.add_friction(x, g);
     hold_.project(g);
     gradient2_ = dot(g, g);
     return value.total() + constant / 2 + friction;
@@ -123,13 +123,15 @@ double ImplicitSolver::residual(const Field& g) const {
 
 void ImplicitSolver::linearise(const Field& x) {
     net_.linearise(x, *team_);
+    hold_.linearise(x);
     if (body_.free) motion_.emplace(body_, home_frame(body_, x, *team_), x);
     inverse_.set_normal_stiffness(body_, d_, x, 1);
 }
 
 double ImplicitSolver::multiply(const Field& p, Field& q) {
     const double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
-    const double all = motion_ ? pq + motion_->add_to(p, is_pinned_, q) : pq;
+    const double all =
+        (motion_ ? pq + motion_->add_to(p, is_pinned_, q) : pq) + hold_.multiply_friction(p, q);
     hold_.project(q);
     return all;
 }
@@ -141,7 +143,9 @@ double ImplicitSolver::precondition(const Field& r, Field& z) {
 }
 
 void ImplicitSolver::settle(Field& x) {
-    if (!body_.free) net_.settle(x, d_, z_, hold_.empty() ? is_pinned_ : still_);  // the places of a free body move with it
+    if (!body_.free)
+        net_.settle(x, d_, z_,
+                    hold_.empty() ? is_pinned_ : still_);  // the places of a free body move with it
 }
 
 /// direction_ = -(L-BFGS matrix)^-1 gradient (two-loop recursion, Nocedal 1980); returns its slope.
@@ -249,7 +253,7 @@ void ImplicitSolver::correct_rigidly() {
 /// From at_ with the gradient there, without tools, to the minimum with them: at_ and the points' impulses.
 template <class Minimise>
 bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, double rounding,
-                           StepReport& report, Minimise&& minimise) {
+                           double tolerance, StepReport& report, Minimise&& minimise) {
     auto& candidates = contact.candidates();
     for (int round = 0; round < most_rounds; ++round) {
         // Each touched vertex by itself, against no less than its neighbours resist with.
@@ -271,12 +275,23 @@ bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, do
             at_.x[c.vertex] = x;
             still_[c.vertex] = true;
         }
-        if (round > 0 && !more && std::sqrt(change2) <= goal) return true;
+        if (round > 0) {
+            // What the tools press with is among the forces of the step; friction that waits is a change.
+            double force2 = 0, waits2 = 0;
+            for (const Contact::Point& p : contact.points()) {
+                force2 += (p.jn * p.jn + p.jt.squaredNorm()) / (h_ * h_);
+                if (!p.known) waits2 += std::pow(loads.tools[p.tool].friction * p.jn / h_, 2);
+            }
+            goal = std::max(goal, tolerance * std::sqrt(force2));
+            if (!more && std::sqrt(change2 + waits2) <= goal) return true;
+        }
         hold_.take(contact, candidates, h_);
         if (round == 0 && contact.points().empty() && !body_.free && pinned_.empty()) settle_translation();
         if (change2 > 0 || !hold_.empty()) evaluate(at_), ++report.iterations;
         // At least one step, so that what is left does not stay for ever.
-        const bool done = minimise(round > 0 ? goal : std::clamp(at_.residual / 2, rounding, goal));
+        const bool done = minimise(
+            round > 0 ? goal
+                      : std::clamp(at_.residual / 2, rounding, std::max(goal, tolerance * at_.residual)));
         report.residual = at_.residual;
         if (!hold_.empty()) {
             hold_.release();
@@ -361,8 +376,8 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         return descend(residual, rounding, std::min(options.max_iterations, most), report);
     };
     if (near)
-        report.converged = touch(*contact, loads, goal, rounding, report, quick) ||
-                           touch(*contact, loads, goal, rounding, report, newton);
+        report.converged = touch(*contact, loads, goal, rounding, options.tolerance, report, quick) ||
+                           touch(*contact, loads, goal, rounding, options.tolerance, report, newton);
     else
         report.converged = quick(goal);
     // Phi at x^n is at least resting / 2. Never end above it, so that the energy never exceeds what the loads

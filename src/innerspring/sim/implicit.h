@@ -50,8 +50,8 @@ class ImplicitSolver : private Minimand {
     void set_stiffness();
     void factorize(const Loads& loads);
     template <class Minimise>
-    bool touch(Contact& contact, const Loads& loads, double goal, double rounding, StepReport& report,
-               Minimise&& minimise);
+    bool touch(Contact& contact, const Loads& loads, double goal, double rounding, double tolerance,
+               StepReport& report, Minimise&& minimise);
     bool descend(double goal, double rounding, int most, StepReport& report);
     double direction(const Field& gradient);
     void evaluate(Point& at);

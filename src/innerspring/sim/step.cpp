@@ -54,6 +54,7 @@ struct Workspace::Data {
     std::optional<ImplicitSolver> implicit;
     Contact contact;
     LargestMotion largest;
+    bool tools = false;  ///< were there
 };
 
 namespace {
@@ -61,8 +62,11 @@ namespace {
 /// Beyond so many sub-steps `auto` goes implicit (bench_solve, millisecond): each evaluation of an implicit
 /// step, with its solve, costs as much as six to seven sub-steps, and a step takes about
 /// 3 + 2 log10(1e-3 / tolerance) of them.
-double implicit_pays_from(double tolerance) {
-    return 6.5 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
+///
+/// With tools it takes some three times as many in soft nets and more in stiff ones, where rounds of contact
+/// go on for long.
+double implicit_pays_from(double tolerance, bool tools) {
+    return (tools ? 8 : 1) * 6.5 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
 }
 
 Index first_bad(const std::vector<Index>& blocks) {
@@ -206,7 +210,7 @@ void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nu
     w.integrator = options.integrator;
     if (w.integrator == Integrator::automatic)
         w.integrator =
-            wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
+            wanted <= std::min(implicit_pays_from(options.tolerance, w.tools), double(options.max_substeps))
                 ? Integrator::symplectic
                 : Integrator::implicit;
     if (w.integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
@@ -241,7 +245,7 @@ Workspace::Workspace(const Body& body, const StepOptions& options) {
     if (!(options.dt > 0 && std::isfinite(options.dt)))
         throw InputError(fmt::format("dt is {:g} s; it must be positive", options.dt));
     data.reset(new Data{
-        options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}, {}, {}});
+        options, options.integrator, 1, Team(options.threads), {}, {}, {}, {}, {}, {}, {}, {}, {}, false});
     data->bound = stability_bound(body);
     prepare(body, *data);
 }
@@ -327,8 +331,8 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
     StepReport report;
     if (!loads.tools.empty()) begin_contact(body, loads, state.time, state, w);
     if (w.implicit)
-        report = w.implicit->step(loads, w.options, state, w.team,
-                                  loads.tools.empty() ? nullptr : &w.contact);
+        report =
+            w.implicit->step(loads, w.options, state, w.team, loads.tools.empty() ? nullptr : &w.contact);
     else
         for (; report.substeps < w.substeps && report.not_finite == no_index; ++report.substeps)
             report.not_finite = substep(body, loads, h, state, w);
@@ -345,6 +349,10 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
 
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count) {
     Workspace::Data& w = *workspace.data;
+    if (!loads.tools.empty() && !w.tools) {
+        w.tools = true;
+        if (w.options.integrator == Integrator::automatic) prepare(body, w);
+    }
     if (w.packed) return packed_steps(body, loads, state, w, count);
     StepReport report;
     for (int n = 0; n < count && report.not_finite == no_index; ++n) report = one_step(body, loads, state, w);

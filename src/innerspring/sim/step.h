@@ -85,7 +85,8 @@ class Workspace {
 /// step. The same bits for any number of threads. In single precision `state` is read at the start and
 /// written at the end, so that many steps at a time cost less than each alone; their bits may differ from it
 /// in what rounding does to positions in double. The report is of the last step. `loads` must be valid
-/// (require_valid).
+/// (require_valid). With tools `automatic` goes implicit at more sub-steps than without: at the first step
+/// that has any it may change over, and allocate.
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count = 1);
 
 }  // namespace innerspring
