@@ -14,6 +14,10 @@ constexpr double firm = 3;
 
 }  // namespace
 
+void ContactHold::reserve(std::size_t vertices) {
+    single_.reserve(vertices), sliding_.reserve(vertices), uses_.reserve(vertices);
+}
+
 void ContactHold::take(const Contact& contact, std::span<const Candidate> candidates, double h) {
     release();
     uses_.assign(candidates.size(), 0);

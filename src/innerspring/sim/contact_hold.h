@@ -16,6 +16,7 @@ class ContactHold {
 
     /// The points of the contact with an impulse, over h [s].
     void take(const Contact& contact, std::span<const Candidate> candidates, double h);
+    void reserve(std::size_t vertices);  ///< so that nothing is allocated but for points within triangles
     void release() { single_.clear(), rows_.clear(), sliding_.clear(); }
     bool empty() const { return single_.empty() && rows_.empty(); }
 

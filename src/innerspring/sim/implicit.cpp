@@ -40,6 +40,7 @@ void ImplicitSolver::resize() {
          {&target_, &start_, &z_, &velocity_, &direction_, &q_, &at_.x, &at_.g, &trial_.x, &trial_.g})
         field->resize(n);
     external_.assign(n, Vector::Zero());
+    still_.reserve(n), hold_.reserve(n);
     for (Pair& pair : pairs_) pair.s.resize(n), pair.y.resize(n);
 }
 
