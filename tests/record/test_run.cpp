@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "innerspring/mesh/error.h"
@@ -77,6 +78,23 @@ TEST(Run, TheResolvedSceneRunsToTheSameBits) {
     const Summary again = run(read_scene(a.path / "scene.resolved.toml"), {.directory = b.path});
     EXPECT_EQ(first.state_hash, again.state_hash);
     EXPECT_EQ(content(a.path / "series.csv"), content(b.path / "series.csv"));
+}
+
+// Meshes of body and tool beside a scene in another folder; the resolved scene is read from a third.
+TEST(Run, TheResolvedSceneFindsItsMeshes) {
+    TemporaryFolder scenes("resolved-scenes"), a("resolved-c"), b("resolved-d");
+    write(make_shape("icosphere:vertices=162"), scenes.path / "body.obj");
+    write(make_shape("icosphere:vertices=42"), scenes.path / "tool.obj");
+    write_whole(scenes.path / "scene.toml",
+                "mesh = \"body.obj\"\nunit = \"m\"\n[simulation]\nduration_s = 0.05\n"
+                "[[tool]]\nmesh = \"tool.obj\"\nscale = 0.3\nat = [0, 0, 1.2]\n");
+    const auto relative = std::filesystem::relative(scenes.path / "scene.toml");
+    const Summary first = run(read_scene(relative), {.directory = a.path});
+    const Summary again = run(read_scene(a.path / "scene.resolved.toml"), {.directory = b.path});
+    EXPECT_EQ(first.state_hash, again.state_hash);
+    // The tool begins 0.1 m deep.
+    const auto says_so = [](const std::string& s) { return s.find("inside the body") != std::string::npos; };
+    EXPECT_TRUE(std::any_of(first.warnings.begin(), first.warnings.end(), says_so));
 }
 
 TEST(Run, AToolsForceIsInTheSeriesAndARunWithToolsResumes) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "innerspring/mesh/error.h"
+#include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/record/json.h"
 #include "innerspring/record/picture.h"
@@ -130,6 +131,22 @@ std::uint64_t resume_hash(Scene scene) {
     return text_hash(to_toml(scene));
 }
 
+/// The scene with the files it names by their full paths, so that it can be run from anywhere.
+Scene located(Scene scene) {
+    const auto locate = [](std::string& file) {
+        if (!file.empty() && !is_shape(file))
+            file = std::filesystem::absolute(file).lexically_normal().string();
+    };
+    locate(scene.mesh);
+    for (SceneTool& tool : scene.tools) locate(tool.mesh);
+    if (std::string& device = scene.haptic.device; device.starts_with("replay:")) {
+        std::string file = device.substr(7);
+        locate(file);
+        device = "replay:" + file;
+    }
+    return scene;
+}
+
 std::uint64_t step_count(const Scene& scene) {
     const double steps = std::round(scene.duration / scene.step.dt);
     if (!(steps <= most_steps))
@@ -161,6 +178,13 @@ Summary run(const Scene& scene, const RunOptions& options) {
     summary.subject = describe(scene, setup);
     summary.warnings = std::move(setup.notes);
     summary.dt_s = scene.step.dt;
+    if (!options.resume)
+        for (const Tool& tool : loads.tools)
+            if (const double depth = overlap(tool, 0, body.rest); depth > 0.01 * body.radius)
+                summary.warnings.push_back(fmt::format(
+                    "tool '{}' begins {:.3g} m inside the body: what is inside is put out first, and what it "
+                    "feels then says little; let it begin outside",
+                    tool.name, depth));
 
     Workspace workspace(body, scene.step);
     State state = rest_state(body);
@@ -204,7 +228,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
     if (failed)
         throw RunError(fmt::format("{}: cannot be made: {}", options.directory.string(), failed.message()));
     write_whole(options.directory / "scene.resolved.toml",
-                "# innerspring, the scene as it was run\n" + to_toml(scene));
+                "# innerspring, the scene as it was run\n" + to_toml(located(scene)));
 
     if (!options.resume) {
         // What an earlier run left here is not this run's.

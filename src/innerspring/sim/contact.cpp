@@ -49,6 +49,7 @@ void Contact::add(Point& p, const Vector& local, double offset, bool touching, d
         p.inverse_mass += p.weights[n] * p.weights[n] * c.inverse_mass;
     }
     if (!(p.inverse_mass > 0)) return points_.pop_back();
+    p.known = touching || !long_;
     p.least = p.normal.dot(touching ? p.velocity : Vector((p.surface - p.x) / h));
 }
 
@@ -73,10 +74,12 @@ void Contact::meet(const Tool& tool, const VertexPair& pair, double h) {
                   to = measure(b, std::abs(from.distance) + (b - a).norm() + slack);
     const bool touching = from.distance <= touch_;
     Vector at = b - to.distance * to.normal, normal = to.normal;
-    if (!touching) {
+    if (touching && long_) {
+        at = a - from.distance * from.normal, normal = from.normal;
+    } else if (!touching) {
         // Past the far side, or through an edge: where it came in.
         const bool past = to.distance >= 0 ? from.distance + to.distance < (b - a).norm()
-                                           : from.normal.dot(to.normal) < 0.5;
+                                           : long_ || from.normal.dot(to.normal) < 0.5;
         if (past) {
             const double t = first_hit(tool, a, b, from.distance, touch_);
             if (t > 1 && to.distance >= 0) return;
@@ -112,21 +115,23 @@ void Contact::meet(const FacePair& pair, double h) {
     const auto normal_of = [](const std::array<Vector, 3>& x) {
         return Vector((x[1] - x[0]).cross(x[2] - x[0]).stableNormalized());
     };
-    const Vector n0 = normal_of(x0), n1 = normal_of(x1);
-    const OnTriangle on0 = nearest_on_triangle(s0, x0[0], x0[1], x0[2]),
-                     on1 = nearest_on_triangle(s1, x1[0], x1[1], x1[2]);
-    const double side0 = n0.dot(s0 - x0[0]), side1 = n1.dot(s1 - x1[0]);
-    const double d0 = (s0 - on0.point).norm(), d1 = (s1 - on1.point).norm();
+    const Vector n0 = normal_of(x0);
+    const OnTriangle on0 = nearest_on_triangle(s0, x0[0], x0[1], x0[2]);
+    const double side0 = n0.dot(s0 - x0[0]), d0 = (s0 - on0.point).norm();
+    bool touching = d0 - radius <= touch_;
+    if (long_ && (touching || side0 < -touch_))
+        for (int n = 0; n < 3; ++n) x1[n] = x0[n] + (s1 - s0);
+    const Vector n1 = normal_of(x1);
+    const OnTriangle on1 = nearest_on_triangle(s1, x1[0], x1[1], x1[2]);
+    const double side1 = n1.dot(s1 - x1[0]), d1 = (s1 - on1.point).norm();
     Point p{};
     p.x = p.surface = p.velocity = Vector::Zero();
     p.corners = {pair.corners[0], pair.corners[1], pair.corners[2]}, p.count = 3, p.tool = pair.tool;
     p.weights = on1.weights;
-    bool touching = d0 - radius <= touch_;
     if (side0 < -touch_) {
         // Below this face. If it is inside the body it was pushed in by what was there before, or by another
         // face: out again, if not from deep.
-        const double longest = std::max((x1[1] - x1[0]).norm(), (x1[2] - x1[0]).norm());
-        if (d0 > std::max(radius, longest / 5) || on0.corners() == 1) return;
+        if (d0 > pair.deep || on0.corners() == 1) return;
         p.normal = -n1;
         if (on0.corners() == 2) {
             // Nearest to a side, in the angle between two faces.
@@ -154,6 +159,21 @@ void Contact::meet(const FacePair& pair, double h) {
         }
     } else if (radius > 0 && (d1 < radius || touching)) {
         p.normal = d1 > touch_ ? Vector((on1.point - s1) / d1) : Vector(-n1);
+        if (long_ && !touching) {
+            // Where they first touch, by steps of what is between them.
+            double way = (s1 - s0).norm(), distance = d0, t = 0;
+            for (int n = 0; n < 3; ++n) way = std::max(way, (x1[n] - x0[n] - (s1 - s0)).norm());
+            for (int step = 0; step < 100 && distance - radius > touch_ && t < 1; ++step) {
+                t = std::min(1.0, t + (distance - radius) / way);
+                std::array<Vector, 3> x;
+                for (int n = 0; n < 3; ++n) x[n] = x0[n] + t * (x1[n] - x0[n]);
+                const Vector s = s0 + t * (s1 - s0);
+                const OnTriangle on = nearest_on_triangle(s, x[0], x[1], x[2]);
+                distance = (on.point - s).norm();
+                if (distance > touch_) p.normal = (on.point - s) / distance;
+                p.weights = on.weights;
+            }
+        }
     } else if (radius == 0 && touching) {
         p.normal = -n1;
     } else {
@@ -184,7 +204,8 @@ void Contact::relax(Point& p, double friction) {
         const Vector u = v - p.velocity;
         jt = p.jt - (u - p.normal.dot(u) * p.normal) / p.inverse_mass;
         const double size = jt.norm(), most = friction * jn;
-        if (size > most) jt *= most / size;
+        p.sticks = size <= most;
+        if (!p.sticks) jt *= most / size;
     }
     const Vector change = (jn - p.jn) * p.normal + jt - p.jt;
     p.jn = jn, p.jt = jt;
@@ -200,6 +221,7 @@ void Contact::relax(Point& p, double friction) {
 void Contact::settle(const Loads& loads) {
     // One sweep will do if no candidate belongs to two points.
     bool alone = true;
+    for (Candidate& c : candidates_) c.place = 0;
     for (const Point& p : points_)
         for (int n = 0; n < p.count; ++n) {
             Candidate& c = candidates_[p.corners[n]];
@@ -207,7 +229,7 @@ void Contact::settle(const Loads& loads) {
             c.place = 1;
         }
     if (alone) {
-        for (Point& p : points_) relax(p, loads.tools[p.tool].friction);
+        for (Point& p : points_) relax(p, p.known ? loads.tools[p.tool].friction : 0);
         return;
     }
     steps_.assign(points_.size(), {});
@@ -217,7 +239,7 @@ void Contact::settle(const Loads& loads) {
         for (std::size_t n = 0; n < points_.size(); ++n) {
             Point& p = points_[n];
             const Vector j = p.jn * p.normal + p.jt;
-            relax(p, loads.tools[p.tool].friction);
+            relax(p, p.known ? loads.tools[p.tool].friction : 0);
             Steps& s = steps_[n];
             s.change = p.jn * p.normal + p.jt - j;
             square += s.change.squaredNorm();
@@ -235,9 +257,7 @@ void Contact::settle(const Loads& loads) {
     }
 }
 
-void Contact::resolve(const Loads& loads, double time, double h) {
-    points_.clear();
-    for (Candidate& c : candidates_) c.changed = false, c.place = 0;
+void Contact::place_tools(const Loads& loads, double time, double h) {
     for (std::size_t k = 0; k < tools_.size(); ++k) {
         tools_[k].now = time == last_time_ ? tools_[k].now : tools_[k].next;
         tools_[k].next = placed(loads.tools[k], time + h);
@@ -246,35 +266,106 @@ void Contact::resolve(const Loads& loads, double time, double h) {
         if (time != last_time_) report_.tools[k].points = 0;
     }
     last_time_ = time;
+}
+
+/// The impulse at a point, at `arm` from the tool's origin, that did `work` on the body, which is moved out
+/// by `depth`.
+void Contact::book(const Point& p, const Vector& arm, double work, double depth) {
+    const Vector j = p.jn * p.normal + p.jt;
+    for (int n = 0; n < p.count; ++n) {
+        Candidate& c = candidates_[p.corners[n]];
+        c.x += p.weights[n] * c.inverse_mass / p.inverse_mass * depth * p.normal;
+        c.impulse += p.weights[n] * j, c.normal += p.weights[n] * p.jn;
+    }
+    ToolContact& tool = report_.tools[p.tool];
+    tool.force -= j;
+    tool.torque -= arm.cross(j);
+    if (p.jn > 0) ++tool.points;
+    // The springs' share of moving out.
+    report_.work += std::abs(work) + stiffness_ / p.inverse_mass * depth * (depth / 2 + displacement_);
+}
+
+Contact::Carried Contact::mean(const Point& p) const {
+    Carried at{Vector::Zero(), Vector::Zero()};
+    for (int n = 0; n < p.count; ++n) {
+        at.x += p.weights[n] * candidates_[p.corners[n]].x;
+        at.v += p.weights[n] * candidates_[p.corners[n]].v;
+    }
+    return at;
+}
+
+/// How far it is moved out of the tool: what is left inside, as what touched may be by rounding or was from
+/// the beginning, without a speed.
+double Contact::left_inside(const Point& p, const Vector& x) const {
+    return std::min(std::max(0.0, p.normal.dot(p.surface - x)), put_out_);
+}
+
+void Contact::resolve(const Loads& loads, double time, double h) {
+    if (!meet_all(loads, time, h)) return;
+    settle(loads);
+    finish(h);
+}
+
+bool Contact::meet_all(const Loads& loads, double time, double h) {
+    points_.clear();
+    for (Candidate& c : candidates_) c.changed = false;
+    place_tools(loads, time, h);
     for (const VertexPair& pair : pairs_) meet(loads.tools[pair.tool], pair, h);
     for (const FacePair& pair : faces_) meet(pair, h);
-    if (points_.empty()) return;
-    settle(loads);
+    return !points_.empty();
+}
+
+void Contact::finish(double h) {
     for (const Point& p : points_)
         for (int n = 0; n < p.count; ++n)
             if (Candidate& c = candidates_[p.corners[n]]; !c.changed) c.x += h * c.v, c.changed = true;
     for (const Point& p : points_) {
-        Vector x = Vector::Zero(), v = Vector::Zero();
-        for (int n = 0; n < p.count; ++n) {
-            x += p.weights[n] * candidates_[p.corners[n]].x;
-            v += p.weights[n] * candidates_[p.corners[n]].v;
-        }
+        const Carried at = mean(p);
         const Vector j = p.jn * p.normal + p.jt;
-        // What is left inside, as what touched may be by rounding or was from the beginning, is moved out
-        // without a speed.
-        const double depth = std::max(0.0, p.normal.dot(p.surface - x));
-        for (int n = 0; n < p.count; ++n) {
-            Candidate& c = candidates_[p.corners[n]];
-            c.x += p.weights[n] * c.inverse_mass / p.inverse_mass * depth * p.normal;
-            c.impulse += p.weights[n] * j, c.normal += p.weights[n] * p.jn;
-        }
-        ToolContact& tool = report_.tools[p.tool];
-        tool.force -= j;
-        tool.torque -= (p.x - tools_[p.tool].now.t).cross(j);
-        if (p.jn > 0) ++tool.points;
-        // j . (v + v')/2 of the impulse, and the springs' share of moving out.
-        report_.work += std::abs(j.dot(v) - j.squaredNorm() * p.inverse_mass / 2) +
-                        stiffness_ / p.inverse_mass * depth * (depth / 2 + displacement_);
+        // j . (v + v')/2 of the impulse.
+        book(p, p.x - tools_[p.tool].now.t, j.dot(at.v) - j.squaredNorm() * p.inverse_mass / 2,
+             left_inside(p, at.x));
+    }
+}
+
+void Contact::open(const Loads& loads, double time, double h) {
+    long_ = true;
+    points_.clear();
+    place_tools(loads, time, h);
+}
+
+bool Contact::approach(const Loads& loads, double h) {
+    const std::size_t before = points_.size();
+    const auto once = [&](auto& pair, auto&& meet_it) {
+        if (pair.met) return;
+        const std::size_t n = points_.size();
+        meet_it();
+        pair.met = points_.size() > n;
+    };
+    for (VertexPair& pair : pairs_) once(pair, [&] { meet(loads.tools[pair.tool], pair, h); });
+    for (FacePair& pair : faces_) once(pair, [&] { meet(pair, h); });
+    return points_.size() > before;
+}
+
+bool Contact::press(const Loads& loads) {
+    for (Candidate& c : candidates_) c.changed = false;
+    for (Point& p : points_) {
+        if (!p.fresh) p.known = p.known || p.jn > 0;
+        p.fresh = false;
+        p.jn = 0, p.jt.setZero(), p.sticks = false;
+        for (int n = 0; n < p.count; ++n) candidates_[p.corners[n]].changed = true;
+    }
+    settle(loads);
+    return std::none_of(points_.begin(), points_.end(), [&](const Point& p) {
+        return p.jn > 0 && !p.known && loads.tools[p.tool].friction > 0;
+    });
+}
+
+void Contact::close() {
+    for (const Point& p : points_) {
+        const Carried at = mean(p);
+        const Vector j = p.jn * p.normal + p.jt;
+        book(p, at.x - tools_[p.tool].next.t, j.dot(at.v), left_inside(p, at.x));
     }
 }
 

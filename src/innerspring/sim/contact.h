@@ -22,6 +22,8 @@ struct ContactReport {
     std::vector<ToolContact> tools;       ///< one per tool, in the order of the loads
     std::vector<VertexContact> vertices;  ///< those that were pressed; their forces and the tools' sum to 0
     double work = 0;                      ///< at most what the tools put into the body [J]
+    std::size_t looked_at =
+        0;  ///< pairs of a vertex or a face and a part of a tool that may meet in the step
 };
 
 /// Pressure on a vertex [Pa]: the normal force over A_i at rest.
@@ -34,7 +36,7 @@ struct Candidate {
     double inverse_mass = 0;          ///< [1/kg]; 0: pinned
     Vector x, v;                      ///< in: x before the sub-step, v after it; out: both after it
     Vector start;                     ///< x at the start of the step of dt
-    Vector before, untouched;         ///< scratch of press_against_tools()
+    Vector free_v;                    ///< scratch of press_against_tools()
     Vector impulse = Vector::Zero();  ///< by all tools in this step of dt [N s]
     double normal = 0;                ///< its normal part [N s]
     Index place = no_index;           ///< scratch
@@ -51,14 +53,31 @@ struct Candidate {
 ///
 /// The force is impulse over time: that on the tools is minus the sum of those on the vertices, and at rest
 /// it is what the springs pull with. Nothing is kept from one step to the next, so that State says all. Paths
-/// are swept: neither vertex nor probe passes through the other in one sub-step.
+/// are swept: neither vertex nor probe passes through the other in one sub-step. What is inside a tool from
+/// the beginning is put out at a bounded speed. The work of a step is bounded.
 class Contact {
   public:
     /// Bounds over the whole body: how far it is from home and how fast, at the start of a step.
     struct Motion {
         double displacement = 0;  ///< |x_i - h_i| [m]
         double speed = 0;         ///< |v_i| [m/s]
+        double share = 0.05;      ///< of the displacement, that springs may set free within the step
         HomeFrame frame;
+    };
+
+    /// Where a tool may press: n . v' >= least there.
+    struct Point {
+        std::array<Index, 3> corners;  ///< candidates
+        std::array<double, 3> weights;
+        int count;  ///< of corners
+        Index tool;
+        Vector x;                          ///< before the sub-step
+        Vector normal, surface, velocity;  ///< of the tool where it ends
+        double least = 0;                  ///< n . v' is at least this [m/s]
+        double inverse_mass = 0, jn = 0;
+        Vector jt = Vector::Zero();
+        bool sticks = false;              ///< friction holds it
+        bool fresh = true, known = true;  ///< of press(): new; whether jn is known well enough for friction
     };
 
     /// The body has changed.
@@ -83,6 +102,25 @@ class Contact {
     /// One sub-step from `time` to time + h on the candidates.
     void resolve(const Loads& loads, double time, double h);
 
+    /// Its parts: finds where something would get into a tool, false if nowhere; finds the impulses, or more
+    /// of them if the velocities were changed since; takes them over.
+    bool meet_all(const Loads& loads, double time, double h);
+    void settle(const Loads& loads);
+    void finish(double h);
+
+    /// The parts of a sub-step for those that solve for the body themselves, in their order. `inverse_mass`
+    /// of the candidates is then that of a vertex whose neighbours stay. `approach` adds points for what on
+    /// its way from x to x + h v gets to a tool, and says whether there are more than before; points stay
+    /// until `open`. `press` finds the impulses that the v it is given need, and the v after them. `close`
+    /// books the impulses of a step that ends at x with v, and puts out what is inside, by x.
+    void open(const Loads& loads, double time, double h);
+    bool approach(const Loads& loads, double h);
+    /// Friction waits until a point was pressed on in the call before, or touched at the start: false if it
+    /// does.
+    bool press(const Loads& loads);
+    void close();
+    std::span<const Point> points() const { return points_; }
+
     /// After the step of dt: the report.
     void end(double dt);
     const ContactReport& report() const { return report_; }
@@ -99,12 +137,13 @@ class Contact {
         double radius = -1, length = -1;
         Probes probes;
         BoxTree probe_tree;
-        double fine_side = 0;     ///< the least of the probes' [m]
-        double bound = 0;         ///< of the ball about the origin that holds the tool [m]
-        double sweep = 0;         ///< how far its points move in this step [m]
-        double turn = 0;          ///< the angle [1]
-        Placed start, now, next;  ///< at the start of the step, before and after the sub-step
-        Placed back;              ///< from after the sub-step to before
+        double fine_side = 0;         ///< the least of the probes' [m]
+        std::vector<double> nearest;  ///< per probe: to the large faces at the start of the step [m]
+        double bound = 0;             ///< of the ball about the origin that holds the tool [m]
+        double sweep = 0;             ///< how far its points move in this step [m]
+        double turn = 0;              ///< the angle [1]
+        Placed start, now, next;      ///< at the start of the step, before and after the sub-step
+        Placed back;                  ///< from after the sub-step to before
     };
     struct Seen {
         Index vertex, tool;
@@ -118,22 +157,18 @@ class Contact {
         Index seen;       ///< of a mesh
         double distance;  ///< at the start of the step [m]
         Vector local;     ///< there, in the tool's frame
+        bool met = false;
     };
     struct FacePair {
         std::array<Index, 6> corners;  ///< candidates; the last three lie across the sides
         Index tool, probe;
         double distance;  ///< between face and ball at the start of the step [m]
+        double deep;      ///< below the face by more than this [m] it stays where it is
+        bool met = false;
     };
-    struct Point {
-        std::array<Index, 3> corners;  ///< candidates
-        std::array<double, 3> weights;
-        int count;  ///< of corners
-        Index tool;
-        Vector x;                          ///< before the sub-step
-        Vector normal, surface, velocity;  ///< of the tool where it ends
-        double least = 0;                  ///< n . v' is at least this [m/s]
-        double inverse_mass = 0, jn = 0;
-        Vector jt = Vector::Zero();
+    struct Close {
+        Index face, probe;  ///< among the found ones
+        double distance;    ///< [m]
     };
     struct Steps {
         Vector change = Vector::Zero(), direction = Vector::Zero();  ///< of a point's impulse
@@ -144,14 +179,22 @@ class Contact {
     void find(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
               double dt, double h);
     void narrow(const Body& body, const Loads& loads);
+    void narrow_faces(const Body& body);
+    bool find_close(double reach);
     double to_mesh(const DistanceField& mesh, Index i, Index tool, const Vector& local, double near);
     Index candidate(const Body& body, Index vertex);
+    void place_tools(const Loads& loads, double time, double h);
     void meet(const Tool& tool, const VertexPair& pair, double h);
     void meet(const FacePair& pair, double h);
+    struct Carried {
+        Vector x, v;
+    };
+    Carried mean(const Point& point) const;
+    double left_inside(const Point& point, const Vector& x) const;
+    void book(const Point& point, const Vector& arm, double work, double depth);
     void add(Point& point, const Vector& local, double offset, bool touching, double h);
     void apply(Point& point, const Vector& impulse);
     void relax(Point& point, double friction);
-    void settle(const Loads& loads);
 
     BoxTree vertex_tree_, faces_tree_;               ///< at rest
     std::vector<double> longest_;                    ///< per triangle: side at rest [m]
@@ -169,11 +212,14 @@ class Contact {
     std::vector<FacePair> faces_;
     std::vector<Point> points_;
     std::vector<Steps> steps_;  ///< per point
-    double touch_ = 0;          ///< nearer than this is touching: rounding of positions [m]
-    /// How far a vertex is taken to move in this step: twice what the fastest does and a twentieth of what
+    bool long_ = false;  ///< steps so long that springs take vertices far: planes where they are, not go
+    double touch_ = 0;   ///< nearer than this is touching: rounding of positions [m]
+    /// How far a vertex is taken to move in this step: twice what the fastest does and a share of what
     /// springs could set free [m]. What goes farther into a tool is put out in the next step.
     double reach_ = 0;
-    double h_ = 0;
+    double h_ = 0, put_out_ = 0;  ///< [s]; how far what is inside a tool moves in a sub-step [m]
+    std::vector<Close> close_;
+    std::size_t probes_ = 0, looks_left_ = 0;  ///< of all tools; that a step may still take
     double stiffness_ = 0, displacement_ = 0, last_time_ = 0;
     ContactReport report_;
 };

@@ -8,6 +8,12 @@ namespace innerspring {
 
 namespace {
 
+/// At faces and probes in a step, per face and probe that there are near the tools.
+constexpr std::size_t most_looks = 32;
+
+/// What is inside a tool from the beginning is put out at so many body radii a second.
+constexpr double put_out_speed = 5;
+
 Box grown(const Box& box, double by) {
     return {box.lower - Vector::Constant(by), box.upper + Vector::Constant(by)};
 }
@@ -73,7 +79,7 @@ void Contact::prepare(const Body& body, const Loads& loads, double time, double 
         // Pages that are not written to cost nothing.
         candidates_.clear(), candidates_.reserve(n), found_.reserve(n), seen_.reserve(n),
             seen_before_.reserve(n), pairs_.reserve(n), points_.reserve(n);
-        found_faces_.reserve(2 * n), faces_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n),
+        found_faces_.reserve(2 * n), faces_.reserve(4 * n), close_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n),
             steps_.reserve(n);
         tools_.clear();
     }
@@ -122,8 +128,8 @@ void Contact::find(const Body& body, const Loads& loads, const Motion& motion, d
                    double dt, double h) {
     prepare(body, loads, time, dt);
     h_ = h, stiffness_ = stiffness, displacement_ = motion.displacement, last_time_ = -INFINITY;
-    touch_ = 2e-7 * body.radius;
-    reach_ = 2 * motion.speed * dt + loads.gravity.norm() * dt * dt / 2 + motion.displacement / 20;
+    long_ = false, touch_ = 2e-7 * body.radius, put_out_ = put_out_speed * body.radius * h;
+    reach_ = 2 * motion.speed * dt + loads.gravity.norm() * dt * dt / 2 + motion.share * motion.displacement;
     found_.clear(), found_faces_.clear();
     report_.work = 0;
     for (ToolContact& t : report_.tools) t = {};
@@ -188,6 +194,63 @@ double Contact::to_mesh(const DistanceField& mesh, Index i, Index tool, const Ve
     return distance;
 }
 
+/// The probes that may come to the large faces if those move by `reach` [m]; false if that is too much to
+/// look at.
+bool Contact::find_close(double reach) {
+    close_.clear();
+    looks_left_ = most_looks * (found_faces_.size() + probes_);
+    for (ToolData& data : tools_) data.nearest.assign(data.probes.centres.size(), INFINITY);
+    const Vector* x = x_.data() + found_.size();
+    for (Index f = 0; f < found_faces_.size() && looks_left_ > 0; ++f, x += 3) {
+        const auto& [t, k] = found_faces_[f];
+        ToolData& data = tools_[k];
+        const Vector &a = x[0], &b = x[1], &c = x[2], middle = (a + b + c) / 3;
+        const double size = std::sqrt(
+            std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
+        const double within = reach + data.sweep + data.probes.radius + 2 * touch_;
+        const Vector local = data.start.local(middle);
+        const Box box = grown({local, local}, size + within);
+        const auto in_box = [&](const Box& other) { return looks_left_ > 0 && overlap(other, box); };
+        for_each_near(data.probe_tree, in_box, [&, t = t](Index probe) {
+            if (looks_left_ == 0 || longest_[t] <= data.probes.fine_side[probe]) return;
+            --looks_left_;
+            const Vector s = data.start.world(data.probes.centres[probe]);
+            const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
+            data.nearest[probe] = std::min(data.nearest[probe], distance);
+            if (distance <= within) close_.push_back({f, probe, distance});
+        });
+    }
+    return looks_left_ > 0;
+}
+
+/// Those become candidates too. Where a fast and stretched body is near many probes it is looked at as far
+/// as the work is bounded: what is farther is put out in the next step.
+void Contact::narrow_faces(const Body& body) {
+    if (found_faces_.empty()) return;
+    probes_ = 0;
+    for (const ToolData& data : tools_) probes_ += data.probes.centres.size();
+    double reach = reach_;
+    for (int n = 0; n < 6 && !find_close(reach); ++n) reach /= 4;
+    for (const auto& [f, probe, distance] : close_) {
+        const auto& [t, k] = found_faces_[f];
+        const ToolData& data = tools_[k];
+        const Vector* x = &x_[found_.size() + 3 * std::size_t(f)];
+        // Only the nearest faces put out what is below them.
+        const bool first = distance <= data.nearest[probe] + 2 * touch_;
+        FacePair pair{{},
+                      k,
+                      probe,
+                      distance - data.probes.radius,
+                      first ? std::max(data.probes.radius, longest_[t] / 5) : 0};
+        for (int n = 0; n < 3; ++n) {
+            pair.corners[n] = candidate(body, body.rest.triangles[t][n]);
+            candidates_[pair.corners[n]].start = x[n];
+            pair.corners[n + 3] = candidate(body, across(body, t, n));
+        }
+        faces_.push_back(pair);
+    }
+}
+
 /// Of those the ones that are near where the body is now become candidates.
 void Contact::narrow(const Body& body, const Loads& loads) {
     candidates_.clear(), pairs_.clear(), faces_.clear();
@@ -211,30 +274,8 @@ void Contact::narrow(const Body& body, const Loads& loads) {
         }
         ++x;
     }
-    for (const auto& [t, k] : found_faces_) {
-        const ToolData& data = tools_[k];
-        const Vector &a = *x++, &b = *x++, &c = *x++;
-        const Vector middle = (a + b + c) / 3;
-        const double size = std::sqrt(
-            std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
-        const double within = reach_ + data.sweep + data.probes.radius + 2 * touch_;
-        const Vector local = data.start.local(middle);
-        const Box box = grown({local, local}, size + within);
-        const auto in_box = [&box](const Box& other) { return overlap(other, box); };
-        for_each_near(data.probe_tree, in_box, [&, t = t, k = k](Index probe) {
-            if (longest_[t] <= data.probes.fine_side[probe]) return;
-            const Vector s = data.start.world(data.probes.centres[probe]);
-            const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
-            if (distance > within) return;
-            FacePair pair{{}, k, probe, distance - data.probes.radius};
-            for (int n = 0; n < 3; ++n) {
-                pair.corners[n] = candidate(body, body.rest.triangles[t][n]);
-                candidates_[pair.corners[n]].start = n == 0 ? a : n == 1 ? b : c;
-                pair.corners[n + 3] = candidate(body, across(body, t, n));
-            }
-            faces_.push_back(pair);
-        });
-    }
+    narrow_faces(body);
+    report_.looked_at = pairs_.size() + faces_.size();
     for (const Candidate& c : candidates_) candidate_of_[c.vertex] = no_index;
     for (const Pin& pin : loads.pins)
         for (Index i : pin.vertices) pinned_[i] = false;

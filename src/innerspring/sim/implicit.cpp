@@ -17,6 +17,9 @@ constexpr double normal_share = 4;
 /// Evaluations after which Newton's method takes over.
 constexpr int most_quick = 40;
 
+/// Of touch().
+constexpr int most_rounds = 15;
+
 double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
@@ -37,6 +40,7 @@ void ImplicitSolver::resize() {
          {&target_, &start_, &z_, &velocity_, &direction_, &q_, &at_.x, &at_.g, &trial_.x, &trial_.g})
         field->resize(n);
     external_.assign(n, Vector::Zero());
+    still_.reserve(n), hold_.reserve(n);
     for (Pair& pair : pairs_) pair.s.resize(n), pair.y.resize(n);
 }
 
@@ -104,10 +108,12 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     const Net::Value value = net_.evaluate(x, d_, z_, is_pinned_, g, team);
     gradient2_ = value.gradient2;
     double total = value.total() + constant / 2;
-    if (volume_.term.active()) {
-        total += volume_.add_gradient(x, is_pinned_, g, team);
-        gradient2_ = dot(g, g);
+    if (volume_.term.active()) total += volume_.add_gradient(x, is_pinned_, g, team);
+    if (!hold_.empty()) {
+        total += hold_.add_friction(x, g);
+        hold_.project(g);
     }
+    if (volume_.term.active() || !hold_.empty()) gradient2_ = dot(g, g);
     return total;
 }
 
@@ -124,6 +130,7 @@ double ImplicitSolver::residual(const Field& g) const {
 
 void ImplicitSolver::linearise(const Field& x) {
     net_.linearise(x, *team_);
+    hold_.linearise(x);
     if (body_.free) motion_.emplace(body_, home_frame(body_, x, *team_), x);
     inverse_.set_normal_stiffness(body_, d_, x, 1);
     if (volume_.term.active()) respond(x);
@@ -133,17 +140,21 @@ double ImplicitSolver::multiply(const Field& p, Field& q) {
     double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
     if (motion_) pq += motion_->add_to(p, is_pinned_, q);
     if (volume_.term.active()) pq += volume_.add_product(p, is_pinned_, q, *team_);
+    pq += hold_.multiply_friction(p, q);
+    hold_.project(q);
     return pq;
 }
 
 double ImplicitSolver::precondition(const Field& r, Field& z) {
     const double rz = inverse_.apply(r, z, *team_);
-    return volume_.term.active() ? rz + volume_.correct(r, z) : rz;
+    const double all = volume_.term.active() ? rz + volume_.correct(r, z) : rz;
+    hold_.project(z);
+    return all;
 }
 
 void ImplicitSolver::settle(Field& x) {
     // The places of a free body move with it, and settling knows nothing of the volume.
-    if (!body_.free && !volume_.term.active()) net_.settle(x, d_, z_, is_pinned_);
+    if (!body_.free && !volume_.term.active()) net_.settle(x, d_, z_, hold_.empty() ? is_pinned_ : still_);
 }
 
 void ImplicitSolver::respond(const Field& x) {
@@ -167,16 +178,18 @@ void ImplicitSolver::begin_pressure() {
     evaluate(at_);
 }
 
-/// A hard constraint: brings V to V_0. Returns P [Pa].
+/// A hard constraint: brings V to V_0 by those that neither pin nor tool holds. Returns P [Pa].
 double ImplicitSolver::restore_volume() {
     double P = volume_.lambda;
+    direction_ = volume_.response;
+    hold_.project(direction_);
     for (int round = 0; round < 8; ++round) {
         const double excess = volume_.term.find(at_.x, q_, *team_);
         if (round == 0) P -= volume_.stiffness * excess;
-        const double give = dot(q_, volume_.response);  // pinned vertices do not respond
+        const double give = dot(q_, direction_);  // pinned vertices do not respond
         if (!(std::abs(excess) > 1e-13 * body_.volume) || !(give > 0)) break;
         P -= excess / give;
-        add(-excess / give, volume_.response, at_.x);
+        add(-excess / give, direction_, at_.x);
     }
     return P;
 }
@@ -282,8 +295,63 @@ void ImplicitSolver::correct_rigidly() {
     for (Vector& x : at_.x) x = centre + by + R * (x - centre);
 }
 
-StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, State& state, Team& team) {
+/// From at_ with the gradient there, without tools, to the minimum with them: at_ and the points' impulses.
+template <class Minimise>
+bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, double rounding,
+                           double tolerance, StepReport& report, Minimise&& minimise) {
+    auto& candidates = contact.candidates();
+    for (int round = 0; round < most_rounds; ++round) {
+        // Each touched vertex by itself, against no less than its neighbours resist with.
+        for (Candidate& c : candidates) {
+            double D = d_[c.vertex];
+            for (const Spoke& spoke : body_.spokes_of(c.vertex)) D += 2 * spoke.k;
+            c.inverse_mass = c.inverse_mass > 0 ? 1 / (h_ * h_ * D) : 0;
+            c.x = start_[c.vertex];
+            c.v = (at_.x[c.vertex] - c.x) / h_ - h_ * c.inverse_mass * at_.g[c.vertex];
+        }
+        const bool more = contact.approach(loads, h_);
+        contact.press(loads);
+        double change2 = 0;
+        still_ = is_pinned_;
+        for (const Candidate& c : candidates) {
+            if (!c.changed || c.inverse_mass == 0) continue;
+            const Vector x = c.x + h_ * c.v;
+            change2 += ((x - at_.x[c.vertex]) / (h_ * h_ * c.inverse_mass)).squaredNorm();
+            at_.x[c.vertex] = x;
+            still_[c.vertex] = true;
+        }
+        if (round > 0) {
+            // What the tools press with is among the forces of the step; friction that waits is a change.
+            double force2 = 0, waits2 = 0;
+            for (const Contact::Point& p : contact.points()) {
+                force2 += (p.jn * p.jn + p.jt.squaredNorm()) / (h_ * h_);
+                if (!p.known) waits2 += std::pow(loads.tools[p.tool].friction * p.jn / h_, 2);
+            }
+            goal = std::max(goal, tolerance * std::sqrt(force2));
+            if (!more && std::sqrt(change2 + waits2) <= goal) return true;
+        }
+        hold_.take(contact, candidates, h_);
+        if (round == 0 && contact.points().empty() && !body_.free && pinned_.empty()) settle_translation();
+        if (change2 > 0 || !hold_.empty()) evaluate(at_), ++report.iterations;
+        // At least one step, so that what is left does not stay for ever.
+        const bool done = minimise(
+            round > 0 ? goal
+                      : std::clamp(at_.residual / 2, rounding, std::max(goal, tolerance * at_.residual)));
+        report.residual = at_.residual;
+        if (!hold_.empty()) {
+            hold_.release();
+            evaluate(at_), ++report.iterations;
+        }
+        if (!done) return false;
+    }
+    return false;
+}
+
+StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, State& state, Team& team,
+                                Contact* contact) {
     team_ = &team;
+    const bool near = contact && !contact->candidates().empty();
+    if (near) contact->open(loads, state.time, h_);
     factorize(loads);
     const std::size_t n = body_.vertices();
     const double time = state.time + h_;
@@ -299,7 +367,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         z_[i] =
             (m * target_[i] + body_.c[i] / h_ * state.x[i] + body_.K[i] * body_.rest.positions[i]) / d_[i];
         // A free body falls; a held one is near its balance, its springs take up the loads as they come.
-        at_.x[i] = body_.free ? Vector(flown + h_ * h_ * loads.gravity) : flown;
+        at_.x[i] = body_.free && !near ? Vector(flown + h_ * h_ * loads.gravity) : flown;
         if (is_pinned_[i]) continue;
         load2 += (m * push).squaredNorm();
         momentum2 += (body_.m[i] / h_ * state.v[i]).squaredNorm();
@@ -335,28 +403,37 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             if (!(target_[report.not_finite].squaredNorm() < 1e200)) break;
         return report;
     }
-    if (!body_.free && pinned_.empty()) settle_translation();
+    if (!body_.free && pinned_.empty() && !near) settle_translation();
     // Below the rounding of the terms that are summed there is nothing left to gain.
     const double rounding = 4e-15 * std::sqrt(rounding2),
                  goal = std::max(options.tolerance * scale, rounding);
-    const auto newton = [&] {
-        Newton::Goal to{goal, scale, options.max_iterations,
+    const auto newton = [&](double residual) {
+        Newton::Goal to{residual, scale, options.max_iterations,
                         std::max(1, options.max_iterations - report.iterations)};
         if (options.linearised) to.most_iterations = 1, to.model = std::min(options.tolerance, to.model);
         const Newton::Report done = newton_.run(*this, at_.x, at_.g, at_.value, to);
-        report.converged = done.reached || (options.linearised && done.stepped);
+        const bool converged = done.reached || (options.linearised && done.stepped);
         report.iterations += done.products + done.evaluations;
         at_.value = done.value, at_.residual = done.residual;
         inverse_.set_normal_stiffness(body_, d_, body_.rest.positions, normal_share);
         response_known_ = false;
+        return converged;
     };
-    if (options.linearised)
-        newton();
+    const auto quick = [&](double residual) {
+        if (options.linearised) return newton(residual);
+        const int most = near ? report.iterations + most_quick : most_quick;
+        return descend(residual, rounding, std::min(options.max_iterations, most), report);
+    };
+    if (near)
+        report.converged = touch(*contact, loads, goal, rounding, options.tolerance, report, quick) ||
+                           touch(*contact, loads, goal, rounding, options.tolerance, report, newton);
     else
-        report.converged = descend(goal, rounding, std::min(options.max_iterations, most_quick), report);
+        report.converged = quick(goal);
     // Phi at x^n is at least resting / 2. Never end above it, so that the energy never exceeds what the loads
     // and inertia bring.
-    if (!report.converged || at_.value > resting / 2) {
+    if (near && !contact->points().empty()) {
+        at_.residual = report.residual;
+    } else if (!report.converged || at_.value > resting / 2) {
         trial_.x = start_;
         move_pins(trial_.x);
         evaluate(trial_);
@@ -365,10 +442,16 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
             std::swap(at_, trial_);
             report.converged = at_.residual <= goal;
         }
-        if (!report.converged) newton();
+        if (!report.converged) report.converged = newton(goal);
     }
     report.residual = at_.residual;
     report.pressure = volume_.term.hard() ? restore_volume() : volume_.pressure();
+    if (near)
+        for (const Contact::Point& p : contact->points())
+            for (int k = 0; k < p.count; ++k) {
+                const Index i = contact->candidates()[p.corners[k]].vertex;
+                target_[i] += h_ / body_.m[i] * p.weights[k] * (p.jn * p.normal + p.jt);
+            }
     if (body_.free && pinned_.empty()) correct_rigidly();
 
     for (std::size_t i = 0; i < n; ++i) {
@@ -380,6 +463,11 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
     for (std::size_t i = 0; i < n; ++i) {
         state.v[i] = (at_.x[i] - start_[i]) / h_;
         state.x[i] = at_.x[i];
+    }
+    if (near) {
+        for (Candidate& c : contact->candidates()) c.x = state.x[c.vertex], c.v = state.v[c.vertex];
+        contact->close();
+        for (const Candidate& c : contact->candidates()) state.x[c.vertex] = c.x;
     }
     return report;
 }

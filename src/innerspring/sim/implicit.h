@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "innerspring/sim/contact_hold.h"
 #include "innerspring/sim/frame_motion.h"
 #include "innerspring/sim/kernel.h"
 #include "innerspring/sim/net.h"
@@ -24,10 +25,17 @@ namespace innerspring {
 /// step never ends with more than standing still has, and is stable at any h and stiffness. With the volume
 /// term (VolumePart) A gets its rank-one part by Sherman and Morrison's formula; a hard constraint starts
 /// from the multiplier that keeps V to first order, and what is left of V - V_0 is taken out along A^-1 a.
+///
+/// Tools add n . x >= b at the points that meet them, and Coulomb friction (ours, in the manner of Moré &
+/// Toraldo 1991): rounds of a projected step of every touched vertex by itself, with its neighbours held,
+/// which says what presses, sticks and slides and with which forces; then the minimum over the motions these
+/// leave; until a round changes nothing beyond the tolerance.
 class ImplicitSolver : private Minimand {
   public:
     ImplicitSolver(const Body& body, double h);
-    StepReport step(const Loads& loads, const StepOptions& options, State& state, Team& team);
+    /// `contact`: with its candidates for this step, where there are tools.
+    StepReport step(const Loads& loads, const StepOptions& options, State& state, Team& team,
+                    Contact* contact = nullptr);
 
     /// Goes on with the body after a refinement or its undoing.
     void adapt(const SurfaceChange& surface, const BodyChange& change);
@@ -44,6 +52,9 @@ class ImplicitSolver : private Minimand {
     void resize();
     void set_stiffness();
     void factorize(const Loads& loads);
+    template <class Minimise>
+    bool touch(Contact& contact, const Loads& loads, double goal, double rounding, double tolerance,
+               StepReport& report, Minimise&& minimise);
     bool descend(double goal, double rounding, int most, StepReport& report);
     double direction(const Field& gradient);
     void evaluate(Point& at);
@@ -72,6 +83,8 @@ class ImplicitSolver : private Minimand {
     bool response_known_ = false;          ///< volume_ holds that of a held body at rest
     Field target_, start_, external_, z_;  ///< y, x^n, loads [N] and the places of the step at hand
     Field velocity_, direction_, q_;
+    ContactHold hold_;
+    std::vector<bool> still_;  ///< pinned or touched
     Newton newton_;
     std::optional<FrameMotion> motion_;  ///< of a free body
     Team* team_ = nullptr;

@@ -171,7 +171,7 @@ void prepare_volume(Packed& p, const Body& body) {
 bool packable(const Body& body) {
     if (body.free || body.vertices() > (std::size_t(1) << 26)) return false;
     // So few vertices do not average the rounding of positions out to 1e-8 of the volume.
-    if (body.material.poisson == 0.5 && body.vertices() < 500) return false;
+    if (body.material.poisson == 0.5 && body.vertices() < 4000) return false;
     const double k = *std::max_element(body.k.begin(), body.k.end());
     const auto fits = [](double number) { return number < 1e30; };
     for (std::size_t i = 0; i < body.vertices(); ++i)

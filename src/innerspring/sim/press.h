@@ -24,51 +24,47 @@ struct Pressing {
         const double below = compliance + h * h * give, V = compliance > 0 ? excess : share * excess;
         return below > 0 ? -(compliance * P + V + h * flow) / below : 0;
     }
-    /// What a change of V' by tools adds, where `held` of give cannot follow.
-    double answer(double change, double held = 0) const {
-        const double below = compliance + h * h * (give - held);
-        return give > held && below > 0 ? -change / below : 0;
+    /// What tools add that change `flow` by so much.
+    double answer(double change) const {
+        const double below = compliance + h * h * give;
+        return below > 0 ? -h * change / below : 0;
     }
 };
 
 /// The pressure together with what tools do in a sub-step. `look(candidate)` fills in x before the sub-step
 /// and v after it without the missing pressure; a_of and r_of give a vertex's. Returns the pressure [Pa] that
 /// is still to be added for all but the candidates, whose x and v after the sub-step are complete. Pressing a
-/// body raises its pressure, which presses against the tool: a few rounds, then the tools hold still.
+/// body raises its pressure, which presses against the tool: the two are found in turns.
 template <class Look, class AreaOf, class ResponseOf>
 double press_against_tools(const Pressing& s, const Loads& loads, double time, Contact& contact, Look&& look,
                            AreaOf&& a_of, ResponseOf&& r_of) {
-    constexpr int rounds = 4;
+    constexpr int most_rounds = 10;
     std::vector<Candidate>& candidates = contact.candidates();
-    double P = s.missing(), added = P;
-    for (Candidate& c : candidates) look(c), c.before = c.x;
-    for (int round = 1;; ++round) {
-        for (Candidate& c : candidates) {
-            c.x = c.before;
-            c.v += s.h * added * r_of(c.vertex);
-            c.untouched = c.before + s.h * c.v;
-        }
-        contact.resolve(loads, time, s.h);
-        double change = 0, held = 0;
-        for (const Candidate& c : candidates) {
-            if (!c.changed) continue;
-            const Vector a = a_of(c.vertex);
-            change += a.dot(c.x - c.untouched);
-            held += a.dot(r_of(c.vertex));
-        }
-        added = s.answer(change);
-        if (round < rounds && std::abs(added) > 1e-6 * std::abs(P)) {
-            P += added;
-            continue;
-        }
-        added = s.answer(change, held);
-        for (Candidate& c : candidates) {
-            if (c.changed) continue;
-            c.v += s.h * added * r_of(c.vertex);
-            c.x = c.before + s.h * c.v;
-        }
-        return P + added;
+    double P = s.missing(), answered = 0;
+    for (Candidate& c : candidates) {
+        look(c);
+        c.v += s.h * P * r_of(c.vertex);
+        c.free_v = c.v;
     }
+    if (contact.meet_all(loads, time, s.h)) {
+        for (int round = 0; round < most_rounds; ++round) {
+            contact.settle(loads);
+            double change = 0;
+            for (const Candidate& c : candidates) change += a_of(c.vertex).dot(c.v - c.free_v);
+            const double more = s.answer(change) - answered;
+            answered += more, P += more;
+            for (Candidate& c : candidates) {
+                const Vector by = s.h * more * r_of(c.vertex);
+                c.v += by, c.free_v += by;
+            }
+            if (std::abs(more) <= 1e-9 * std::abs(P)) break;
+        }
+        contact.settle(loads);
+        contact.finish(s.h);
+    }
+    for (Candidate& c : candidates)
+        if (!c.changed) c.x += s.h * c.v;
+    return P;
 }
 
 }  // namespace innerspring

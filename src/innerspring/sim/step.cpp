@@ -55,7 +55,7 @@ struct Workspace::Data {
     std::optional<ImplicitSolver> implicit;
     Contact contact;
     LargestMotion largest;
-    bool tools = false;  ///< were there: symplectic Euler then
+    bool tools = false;  ///< were there
     VolumeTerm volume;
     std::vector<Vector> area, response;  ///< a_i, and dv_i / d(h P), of the sub-step
     std::vector<double> sums;            ///< per block
@@ -67,8 +67,11 @@ namespace {
 /// Beyond so many sub-steps `auto` goes implicit (bench_solve, millisecond): each evaluation of an implicit
 /// step, with its solve, costs as much as six to seven sub-steps, and a step takes about
 /// 3 + 2 log10(1e-3 / tolerance) of them.
-double implicit_pays_from(double tolerance) {
-    return 6.5 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
+///
+/// With tools it takes some three times as many in soft nets and more in stiff ones, where rounds of contact
+/// go on for long.
+double implicit_pays_from(double tolerance, bool tools) {
+    return (tools ? 8 : 1) * 6.5 * (3 + 2 * std::max(0.0, std::log10(1e-3 / tolerance)));
 }
 
 Index first_bad(const std::vector<Index>& blocks) {
@@ -98,6 +101,7 @@ void begin_contact(const Body& body, const Loads& loads, double time, const Stat
         v2 = std::max(v2, state.v[i].squaredNorm());
     }
     motion.displacement = std::sqrt(u2), motion.speed = std::sqrt(v2);
+    if (w.implicit) motion.share = 1;
     w.contact.begin(body, loads, motion, w.bound.value, time, dt, h,
                     [&](Index i) -> const Vector& { return state.x[i]; });
 }
@@ -170,7 +174,8 @@ void restore_volume(const Body& body, const Loads& loads, Workspace::Data& w) {
         const double excess = w.volume.find(w.x, w.area, w.team);
         const double give =
             sum_over(body.vertices(), w, [&](std::size_t i) { return w.area[i].dot(w.response[i]); });
-        if (!(std::abs(excess) > 1e-12 * body.volume) || !(give > 0)) break;
+        // A body at rest is left alone.
+        if (!(std::abs(excess) > (round == 0 ? 2e-9 : 1e-12) * body.volume) || !(give > 0)) break;
         for (std::size_t i = 0; i < body.vertices(); ++i) {
             const Vector by = -excess / give * w.response[i];
             w.x[i] += by;
@@ -358,7 +363,7 @@ void prepare(const Body& body, Workspace::Data& w, const Transfer* transfer = nu
     w.integrator = options.integrator;
     if (w.integrator == Integrator::automatic)
         w.integrator =
-            w.tools || wanted <= std::min(implicit_pays_from(options.tolerance), double(options.max_substeps))
+            wanted <= std::min(implicit_pays_from(options.tolerance, w.tools), double(options.max_substeps))
                 ? Integrator::symplectic
                 : Integrator::implicit;
     if (w.integrator == Integrator::symplectic && !(wanted <= options.max_substeps))
@@ -499,7 +504,8 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
     w.pressure = 0;
     if (!loads.tools.empty()) begin_contact(body, loads, state.time, state, w);
     if (w.implicit)
-        report = w.implicit->step(loads, w.options, state, w.team);
+        report =
+            w.implicit->step(loads, w.options, state, w.team, loads.tools.empty() ? nullptr : &w.contact);
     else
         for (; report.substeps < w.substeps && report.not_finite == no_index; ++report.substeps)
             report.not_finite = substep(body, loads, h, report.substeps + 1 == w.substeps, state, w);
@@ -517,12 +523,9 @@ StepReport one_step(const Body& body, const Loads& loads, State& state, Workspac
 
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count) {
     Workspace::Data& w = *workspace.data;
-    if (!loads.tools.empty() && w.integrator == Integrator::implicit) {
-        if (w.options.integrator == Integrator::implicit)
-            throw InputError(
-                "implicit steps know no tools yet; use the integrator auto or symplectic with tools");
+    if (!loads.tools.empty() && !w.tools) {
         w.tools = true;
-        prepare(body, w);
+        if (w.options.integrator == Integrator::automatic) prepare(body, w);
     }
     if (w.packed) return packed_steps(body, loads, state, w, count);
     StepReport report;

@@ -83,11 +83,11 @@ class Workspace {
 };
 
 /// Advances `state` by `count` steps of dt. For a held body nothing is allocated after the first
-/// step. The same bits for any number of threads. In single precision `state` is read at the start and
-/// written at the end, so that many steps at a time cost less than each alone; their bits may differ from it
-/// in what rounding does to positions in double. The report is of the last step. `loads` must be valid
-/// (require_valid). Tools need symplectic Euler: `automatic` becomes that at the first step with tools, which
-/// then allocates; throws InputError where implicit was asked for, or too many sub-steps would be needed.
+/// step, but in implicit steps where a tool meets the inside of triangles. The same bits for any number of
+/// threads. In single precision `state` is read at the start and written at the end, so that many steps at a
+/// time cost less than each alone; their bits may differ from it in what rounding does to positions in
+/// double. The report is of the last step. `loads` must be valid (require_valid). With tools `automatic` goes
+/// implicit at more sub-steps than without: at the first step that has any it may change over, and allocate.
 StepReport step(const Body& body, const Loads& loads, State& state, Workspace& workspace, int count = 1);
 
 }  // namespace innerspring

@@ -126,6 +126,31 @@ Probes probes_of(const Tool& tool, double spacing) {
     return probes;
 }
 
+double overlap(const Tool& tool, double time, const SurfaceMesh& surface) {
+    const Pose pose = pose_at(tool, time);
+    const Eigen::Matrix3d R = pose.rotation.normalized().toRotationMatrix();
+    const double bound = tool.shape == ToolShape::plane  ? std::numeric_limits<double>::infinity()
+                         : tool.shape == ToolShape::mesh ? tool.mesh->radius
+                                                         : tool.radius + tool.length / 2;
+    double depth = 0;
+    Box box{surface.positions[0], surface.positions[0]};
+    for (const Vector& x : surface.positions) {
+        box.lower = box.lower.cwiseMin(x), box.upper = box.upper.cwiseMax(x);
+        const Vector local = R.transpose() * (x - pose.position);
+        if (local.norm() < bound) depth = std::max(depth, -nearest(tool, local).distance);
+    }
+    Probes probes = probes_of(tool, bound / 16);
+    std::erase_if(probes.centres, [&](Vector& c) {
+        c = R * c + pose.position;
+        return !overlap(box, {c - Vector::Constant(probes.radius), c + Vector::Constant(probes.radius)});
+    });
+    if (probes.centres.empty()) return depth;
+    const DistanceField field = build_distance_field(surface);
+    for (const Vector& c : probes.centres)
+        depth = std::max(depth, probes.radius - nearest(field, c).distance);
+    return depth;
+}
+
 void require_valid(const Tool& tool) {
     const auto refuse = [&tool](const std::string& what) {
         throw InputError(fmt::format("tool '{}': {}", tool.name, what));

@@ -72,6 +72,10 @@ struct Probes {
 /// `spacing` [m]: as far apart as probes along the sides of a mesh may be.
 Probes probes_of(const Tool& tool, double spacing);
 
+/// How deep the tool as it is at `time` lies in the closed surface, or vertices of that in it [m]; 0 if they
+/// do not overlap.
+double overlap(const Tool& tool, double time, const SurfaceMesh& surface);
+
 /// Throws InputError naming the tool: numbers not finite or out of range, no mesh, a path without points or
 /// not increasing in time.
 void require_valid(const Tool& tool);
