@@ -75,11 +75,8 @@ struct Problem : Minimand {
             inverse.emplace(body);
             inverse->factorize(body, body.K, pinned);
         }
-        if (body.free) {
-            const HomeFrame frame = home_frame(body, x, team);
-            motion.emplace(body, frame, x);
-            inverse->turn(body, frame.R);
-        }
+        if (body.free) motion.emplace(body, home_frame(body, x, team), x);
+        inverse->follow(body, x);
         inverse->set_normal_stiffness(body, body.K, x, 1);
     }
 
