@@ -154,8 +154,11 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
     const double scale = std::max(load, loads.pins.empty() && load > 0 ? 0.0 : report.residual_n);
     report.tolerance_n =
         options.tolerance_n > 0 ? options.tolerance_n : std::max(1e-9 * scale, problem.rounding(state.x));
-    const Newton::Report done =
-        Newton().run(problem, state.x, g, energy, {report.tolerance_n, scale, options.max_iterations});
+    const Newton::Report done = Newton().run(problem, state.x, g, energy,
+                                             {.residual = report.tolerance_n,
+                                              .scale = scale,
+                                              .most_iterations = options.max_iterations,
+                                              .enough = 0.8});
     report.reached = done.reached;
     report.residual_n = done.residual;
     report.iterations = done.iterations;
