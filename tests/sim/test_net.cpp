@@ -1,4 +1,5 @@
 #include "innerspring/sim/net.h"
+#include "innerspring/sim/settle.h"
 
 #include <gtest/gtest.h>
 
@@ -96,6 +97,40 @@ TEST(Net, EveryKernelGivesTheSameBits) {
             EXPECT_EQ(g, first_g) << kernels->name;
             EXPECT_EQ(all, first_sums) << kernels->name;
         }
+    }
+}
+
+// Vertices that move side by side are no neighbours, or wider vectors would see other places; and where
+// nothing moves any more the gradient is zero.
+TEST(Net, SettlingEndsWhereForcesBalanceWithTheSameBitsFromEveryKernel) {
+    for (const char* shape : {"icosphere:vertices=12", "organ:vertices=700", "torus:vertices=301"}) {
+        const Placed p = placed(shape);
+        std::vector<Index> moving;
+        for (Index i = 0; i < p.x.size(); ++i)
+            if (!p.pinned[i]) moving.push_back(i);
+        const Settling settling(p.body, moving, p.d, p.z);
+        EXPECT_LE(settling.colours(), 10u);
+        std::vector<Vector> first;
+        for (const VectorKernels* kernels : vector_kernels()) {
+            std::vector<Vector> x = p.x;
+            for (int sweep = 0; sweep < 7; ++sweep) settling.sweep(*kernels, x, sweep % 2 == 1);
+            if (first.empty()) first = x;
+            EXPECT_EQ(x, first) << kernels->name;
+            for (std::size_t i = 0; i < x.size(); ++i) {
+                if (p.pinned[i]) {
+                    ASSERT_EQ(x[i], p.x[i]);
+                }
+            }
+        }
+        Team team(1);
+        Net net(p.body);
+        std::vector<Vector> g(p.x.size()), x = p.x;
+        const Net::Value before = net.evaluate(x, p.d, p.z, p.pinned, g, team);
+        for (int sweep = 0; sweep < 1000; ++sweep)
+            settling.sweep(*vector_kernels().front(), x, sweep % 2 == 1);
+        const Net::Value after = net.evaluate(x, p.d, p.z, p.pinned, g, team);
+        EXPECT_LT(after.total(), before.total());
+        EXPECT_LT(after.gradient2, 1e-16 * before.gradient2) << shape;
     }
 }
 

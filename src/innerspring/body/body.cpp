@@ -9,6 +9,7 @@
 #include "innerspring/body/distribution.h"
 #include "innerspring/mesh/check.h"
 #include "innerspring/mesh/error.h"
+#include "innerspring/mesh/team.h"
 
 namespace innerspring {
 
@@ -140,33 +141,44 @@ Distribution choose_centre(const SurfaceMesh& mesh, double radius, const CentreO
 }
 
 /// Edges with their triangles, surface springs, and the spokes that the kernel gathers.
-void add_surface_springs(Body& body) {
-    Topology topology = build_topology(body.vertices(), body.rest.triangles);
+void add_surface_springs(Body& body, Topology topology) {
     const std::size_t n = topology.edges.size();
     body.edges = std::move(topology.edges);
     body.triangle_edges = std::move(topology.triangle_edges);
     body.edge_triangles.resize(n), body.k.resize(n), body.rest_length.resize(n);
-    for (Index e = 0; e < n; ++e) {
+    for (Index e = 0; e < n; ++e)
         std::copy_n(topology.edge_triangles[e].begin(), 2, body.edge_triangles[e].begin());
-        set_surface_spring(body, e);
-    }
-    body.spokes.reserve(2 * n), body.rows.reserve(body.vertices());
+    Team team(body.vertices() < 8000 ? 1 : 0);  // waking others is not worth it for a few
+    const auto share_out = [&](std::size_t count, auto&& work) {
+        team.run(block_count(count), [&](std::size_t block) {
+            for (std::size_t i = block * block_size; i < std::min(count, (block + 1) * block_size); ++i)
+                work(i);
+        });
+    };
+    share_out(n, [&](std::size_t e) { set_surface_spring(body, Index(e)); });
+    body.rows.reserve(body.vertices());
+    Index first = 0;
     for (std::size_t v = 0; v < body.vertices(); ++v) {
         const auto edges = topology.vertex_edges[v];
         if (edges.size() > most_spokes)
             throw InputError(fmt::format("{}: vertex {} has {} edges; at most {} are allowed", body.rest.name,
                                          v, edges.size(), most_spokes));
-        body.rows.push_back(
-            {Index(body.spokes.size()), std::uint16_t(edges.size()), std::uint16_t(edges.size())});
-        for (Index e : edges)
-            body.spokes.push_back({body.k[e], body.rest_length[e], other_end(body.edges[e], Index(v)), e});
+        body.rows.push_back({first, std::uint16_t(edges.size()), std::uint16_t(edges.size())});
+        first += Index(edges.size());
     }
+    body.spokes.resize(first);
+    share_out(body.vertices(), [&](std::size_t v) {
+        Spoke* spoke = body.spokes.data() + body.rows[v].first;
+        for (Index e : topology.vertex_edges[v])
+            *spoke++ = {body.k[e], body.rest_length[e], other_end(body.edges[e], Index(v)), e};
+    });
 }
 
 }  // namespace
 
 Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& options) {
-    require_usable(mesh);
+    Topology topology = require_usable(mesh);
+    topology.vertex_triangles = {};
     Body body;
     body.volume = volume(mesh);
     body.radius = volume_radius(body.volume);
@@ -197,8 +209,8 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
                             body.rest.name, i, body.m[i], body.K[i]));
     }
     body.L = std::move(d.L);
-    d = {};  // room for the topology
-    add_surface_springs(body);
+    d = {};  // room for the springs
+    add_surface_springs(body, std::move(topology));
     for (std::size_t e = 0; e < body.k.size(); ++e)
         if (!std::isfinite(body.k[e]) || !(body.rest_length[e] > 0))
             throw InputError(fmt::format(

@@ -45,14 +45,16 @@ Distribution distribute_about(const SurfaceMesh& mesh, const Vector& centre) {
 Distribution distribute_locally(const SurfaceMesh& mesh) {
     Distribution d;
     d.L = medial_radii(mesh);
-    Centre centre{CentreKind::local, Vector::Zero(), ""};
-    double sum = 0;
-    for (const Triangle& t : mesh.triangles) sum += virtual_tetrahedron(centre, mesh.positions, d.L, t);
+    const Centre centre{CentreKind::local, Vector::Zero(), ""};
     const double V = volume(mesh);
-    centre.scale = d.scale = V / sum;
+    double sum = 0;
     d.V_t.reserve(mesh.triangles.size());
-    for (const Triangle& t : mesh.triangles)
+    for (const Triangle& t : mesh.triangles) {
         d.V_t.push_back(virtual_tetrahedron(centre, mesh.positions, d.L, t));
+        sum += d.V_t.back();
+    }
+    d.scale = V / sum;
+    for (double& V_t : d.V_t) V_t *= d.scale;
     apply_equations(mesh, V, d);
     return d;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "innerspring/mesh/team.h"
+
 namespace innerspring {
 
 Quartiles quartiles(std::vector<double> values) {
@@ -36,11 +38,16 @@ Groups dimensionless_groups(const Body& body, double gravity_m_s2, double force_
 
 Estimate estimate(const Body& body, double gravity_m_s2) {
     Estimate e;
-    e.m = quartiles(body.m);
-    e.K = quartiles(body.K);
-    e.k = quartiles(body.k);
-    e.L = quartiles(body.L);
-    const std::vector<double> A = vertex_areas(body.rest.positions, body.rest.triangles);
+    // Of parts that cost about the same; waking others is not worth it for a few vertices.
+    std::vector<double> A;
+    Vector centroid;
+    Team team(body.vertices() < 8000 ? 1 : 0);
+    team.run(4, [&](std::size_t part) {
+        if (part == 0) e.m = quartiles(body.m), e.K = quartiles(body.K);
+        if (part == 1) e.L = quartiles(body.L), A = vertex_areas(body.rest.positions, body.rest.triangles);
+        if (part == 2) e.k = quartiles(body.k);
+        if (part == 3) centroid = volume_centroid(body.rest.positions, body.rest.triangles);
+    });
     Vector moment = Vector::Zero();
     for (std::size_t i = 0; i < body.vertices(); ++i) {
         e.mass_sum += body.m[i];
@@ -48,7 +55,7 @@ Estimate estimate(const Body& body, double gravity_m_s2) {
         e.stiffness_theory += body.material.young * A[i] / body.L[i];
         moment += body.m[i] * body.rest.positions[i];
     }
-    e.mass_shift = moment / e.mass_sum - volume_centroid(body.rest.positions, body.rest.triangles);
+    e.mass_shift = moment / e.mass_sum - centroid;
     e.sag = body.material.mass * gravity_m_s2 * body.radius * body.radius /
             (3 * body.volume * body.material.young);
     return e;

@@ -8,6 +8,7 @@
 #include "innerspring/mesh/connectivity.h"
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/self_intersection.h"
+#include "innerspring/mesh/team.h"
 #include "innerspring/mesh/weld.h"
 
 namespace innerspring {
@@ -28,19 +29,36 @@ struct Tidy {
     Topology topology;
     Pieces pieces;
     std::vector<Triangle> oriented;
+    std::vector<Index> starts;  // see component_starts()
+    std::vector<Index> joints;  // see non_manifold_vertices()
 };
 
 Tidy make_tidy(const SurfaceMesh& mesh) {
     Tidy tidy;
-    tidy.flaws = find_flaws(mesh.positions, mesh.triangles);
+    // Two things at a time; waking another thread is not worth it for a few.
+    Team team(mesh.triangles.size() < 16000 ? 1 : 2);
+    team.run(2, [&](std::size_t part) {
+        if (part == 0)
+            tidy.flaws = find_flaws(mesh.positions, mesh.triangles);
+        else
+            tidy.topology = build_topology(mesh.positions.size(), mesh.triangles);
+    });
     for (Index t = 0; t < mesh.triangles.size(); ++t)
         if (tidy.flaws[t] == Flaw::none || tidy.flaws[t] == Flaw::flat) {
             tidy.old.push_back(t);
             tidy.triangles.push_back(mesh.triangles[t]);
         }
-    tidy.topology = build_topology(mesh.positions.size(), tidy.triangles);
-    tidy.pieces = find_pieces(mesh.positions, tidy.triangles, tidy.topology);
-    tidy.oriented = oriented(tidy.triangles, tidy.pieces);
+    if (tidy.triangles.size() < mesh.triangles.size())
+        tidy.topology = build_topology(mesh.positions.size(), tidy.triangles);
+    team.run(2, [&](std::size_t part) {
+        if (part == 0) {
+            tidy.pieces = find_pieces(mesh.positions, tidy.triangles, tidy.topology);
+            tidy.oriented = oriented(tidy.triangles, tidy.pieces);
+        } else {
+            tidy.starts = component_starts(tidy.triangles, tidy.topology);
+            tidy.joints = non_manifold_vertices(tidy.triangles, tidy.topology);
+        }
+    });
     return tidy;
 }
 
@@ -103,7 +121,7 @@ Finding find_manifold_edges(const Tidy& tidy) {
 
 Finding find_manifold_vertices(const SurfaceMesh& mesh, const Tidy& tidy) {
     Finding f = fine("manifold_vertices");
-    const std::vector<Index> bad = non_manifold_vertices(tidy.triangles, tidy.topology);
+    const std::vector<Index>& bad = tidy.joints;
     if (bad.empty()) return f;
     const Vector& p = mesh.positions[bad[0]];
     f.verdict = Verdict::unusable;
@@ -338,10 +356,11 @@ std::string problem(const Finding& f) {
 
 }  // namespace
 
-CheckReport check(const SurfaceMesh& mesh, const CheckOptions& options) {
+namespace {
+
+CheckReport judge(const SurfaceMesh& mesh, const Tidy& tidy, const CheckOptions& options) {
     CheckReport report;
-    const Tidy tidy = make_tidy(mesh);
-    const std::vector<Index> starts = component_starts(tidy.triangles, tidy.topology);
+    const std::vector<Index>& starts = tidy.starts;
     report.vertices = mesh.positions.size();
     report.triangles = mesh.triangles.size();
     report.edges = tidy.topology.edges.size();
@@ -378,8 +397,15 @@ CheckReport check(const SurfaceMesh& mesh, const CheckOptions& options) {
     return report;
 }
 
-void require_usable(const SurfaceMesh& mesh) {
-    const CheckReport report = check(mesh, {.self_intersections = false});
+}  // namespace
+
+CheckReport check(const SurfaceMesh& mesh, const CheckOptions& options) {
+    return judge(mesh, make_tidy(mesh), options);
+}
+
+Topology require_usable(const SurfaceMesh& mesh) {
+    Tidy tidy = make_tidy(mesh);
+    const CheckReport report = judge(mesh, tidy, {.self_intersections = false});
     const auto refuse = [&](const Finding& f) {
         throw InputError(fmt::format("{}: {}; {}; {}", mesh.name, problem(f), f.first, f.advice));
     };
@@ -387,6 +413,7 @@ void require_usable(const SurfaceMesh& mesh) {
         if (f.verdict == Verdict::unusable) refuse(f);
     for (const Finding& f : report.findings)
         if (f.advice == fix_advice) refuse(f);
+    return std::move(tidy.topology);  // no triangle was left out, or there would be something to fix
 }
 
 }  // namespace innerspring

@@ -44,6 +44,7 @@ struct CheckOptions {
 CheckReport check(const SurfaceMesh& mesh, const CheckOptions& options = {});
 
 /// Throws InputError with the first unusable finding, its element and advice; the gate before build_body().
-void require_usable(const SurfaceMesh& mesh);
+/// Returns the mesh's topology, which it needed anyway.
+Topology require_usable(const SurfaceMesh& mesh);
 
 }  // namespace innerspring

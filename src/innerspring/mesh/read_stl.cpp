@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <bit>
 #include <cstring>
 
+#include "innerspring/mesh/team.h"
 #include "innerspring/mesh/text_scanner.h"
 
 namespace innerspring {
@@ -79,18 +82,32 @@ SurfaceMesh read_stl_binary(std::string_view bytes, std::string_view name) {
     mesh.name = name;
     mesh.positions.resize(3 * std::size_t(count));
     mesh.triangles.resize(count);
-    for (std::uint32_t t = 0; t < count; ++t) {
-        const std::size_t at = start + t * row + 12;
-        float corners[9];
-        std::memcpy(corners, bytes.data() + at, sizeof corners);
-        for (int n = 0; n < 9; ++n)
-            if (const std::string_view fault = coordinate_fault(corners[n]); !fault.empty())
-                fail_at_byte(name, at + 4 * std::size_t(n),
-                             fmt::format("coordinate {} {}", corners[n], fault));
-        for (Index k = 0; k < 3; ++k) {
-            mesh.positions[3 * t + k] = {corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
-            mesh.triangles[t][k] = 3 * t + k;
+    const auto corners_of = [&](std::size_t t) {
+        std::array<float, 9> corners;
+        std::memcpy(corners.data(), bytes.data() + start + t * row + 12, sizeof corners);
+        return corners;
+    };
+    // Blocks by themselves; which is the first fault is looked up afterwards.
+    std::atomic<bool> faulty = false;
+    Team team(count < 16000 ? 1 : 0);  // waking others is not worth it for a few
+    team.run(block_count(count), [&](std::size_t block) {
+        for (std::size_t t = block * block_size; t < std::min<std::size_t>(count, (block + 1) * block_size);
+             ++t) {
+            const std::array<float, 9> corners = corners_of(t);
+            for (const float x : corners)
+                if (!coordinate_fault(x).empty()) faulty = true;
+            for (std::size_t k = 0; k < 3; ++k) {
+                mesh.positions[3 * t + k] = {corners[3 * k], corners[3 * k + 1], corners[3 * k + 2]};
+                mesh.triangles[t][k] = Index(3 * t + k);
+            }
         }
+    });
+    for (std::size_t t = 0; faulty && t < count; ++t) {
+        const std::array<float, 9> corners = corners_of(t);
+        for (std::size_t n = 0; n < 9; ++n)
+            if (const std::string_view fault = coordinate_fault(corners[n]); !fault.empty())
+                fail_at_byte(name, start + t * row + 12 + 4 * n,
+                             fmt::format("coordinate {} {}", corners[n], fault));
     }
     return mesh;
 }

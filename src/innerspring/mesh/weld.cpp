@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "innerspring/mesh/error.h"
 
@@ -75,6 +76,37 @@ struct Kept {
         return found;
     }
 
+    /// The same for a tolerance of 0, where a point has one cell, for all `points` in turn. Far apart in
+    /// memory as they lie, what one looks up is asked for some points ahead.
+    void find_or_keep_all(const Grid& grid, const std::vector<Vector>& points, std::vector<Index>& found) {
+        constexpr std::size_t ahead = 32;
+        std::array<Index*, ahead> buckets;
+        for (std::size_t start = 0; start < points.size(); start += ahead) {
+            const std::size_t count = std::min(ahead, points.size() - start);
+            for (std::size_t n = 0; n < count; ++n) {
+                const Vector& p = points[start + n];
+                buckets[n] = &bucket({grid.cell(p[0]), grid.cell(p[1]), grid.cell(p[2])});
+                __builtin_prefetch(buckets[n]);
+            }
+            for (std::size_t n = 0; n < count; ++n)
+                if (*buckets[n] != no_index) {
+                    __builtin_prefetch(&positions[*buckets[n]]);
+                    __builtin_prefetch(&next[*buckets[n]]);
+                }
+            for (std::size_t n = 0; n < count; ++n) {
+                const Vector& p = points[start + n];
+                Index k = *buckets[n];
+                while (k != no_index && !(positions[k] == p)) k = next[k];
+                if (k == no_index) {  // of equal points only one is kept, so no matter in which order
+                    k = Index(positions.size());
+                    positions.push_back(p);
+                    next.push_back(std::exchange(*buckets[n], k));
+                }
+                found.push_back(k);
+            }
+        }
+    }
+
     static bool is_near(const Vector& a, const Vector& b, double tolerance) {
         if (a == b) return true;
         return tolerance > 0 && std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) <= tolerance;
@@ -93,8 +125,11 @@ Welded weld(const SurfaceMesh& mesh, const WeldOptions& options) {
     const Grid grid(options.tolerance);
     // A closed surface has half as many vertices as triangles, however often the file repeats them.
     Kept kept(std::min(mesh.positions.size(), mesh.triangles.size()));
-    for (const Vector& p : mesh.positions)
-        welded.new_from_old.push_back(kept.find_or_keep(grid, p, options.tolerance));
+    if (options.tolerance == 0)
+        kept.find_or_keep_all(grid, mesh.positions, welded.new_from_old);
+    else
+        for (const Vector& p : mesh.positions)
+            welded.new_from_old.push_back(kept.find_or_keep(grid, p, options.tolerance));
     welded.merged = Index(mesh.positions.size() - kept.positions.size());
 
     // Number the kept vertices that are used; `next` has served and takes the numbers.

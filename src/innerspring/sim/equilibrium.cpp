@@ -87,11 +87,8 @@ struct Problem : Minimand {
             inverse.emplace(body);
             inverse->factorize(body, body.K, pinned);
         }
-        if (body.free) {
-            const HomeFrame frame = home_frame(body, x, team);
-            motion.emplace(body, frame, x);
-            inverse->turn(body, frame.R);
-        }
+        if (body.free) motion.emplace(body, home_frame(body, x, team), x);
+        inverse->follow(body, x);
         inverse->set_normal_stiffness(body, body.K, x, 1);
         if (volume.term.active())
             volume.linearise(x, pinned, team,
@@ -192,7 +189,10 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
         }
         const Newton::Report done =
             newton.run(problem, state.x, g, energy,
-                       {report.tolerance_n, scale, std::max(1, options.max_iterations - report.iterations)});
+                       {.residual = report.tolerance_n,
+                        .scale = scale,
+                        .most_iterations = std::max(1, options.max_iterations - report.iterations),
+                        .enough = 0.8});
         report.reached =
             done.reached && (!volume.term.hard() || std::abs(volume.excess) <= 1e-10 * body.volume);
         report.residual_n = done.residual;

@@ -1,8 +1,9 @@
 #include "innerspring/sim/net.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "innerspring/sim/settle.h"
 
 namespace innerspring {
 
@@ -101,7 +102,7 @@ double Net::multiply(std::span<const double> d, const std::vector<Vector>& p, co
 
 void Net::settle(std::vector<Vector>& x, std::span<const double> d, const std::vector<Vector>& z,
                  const std::vector<bool>& pinned) {
-    constexpr int sweeps = 40;  // fewer leave more to Newton's method, which costs more
+    constexpr int sweeps = 160;  // fewer leave more to Newton's method, which costs more
     // p_i against its neighbours' -p_i meets d_i + 2 sum across; half of what makes that negative is enough.
     loose_.clear();
     for (Index i = 0; i < x.size(); ++i) {
@@ -109,29 +110,9 @@ void Net::settle(std::vector<Vector>& x, std::span<const double> d, const std::v
         for (const Spoke& spoke : body_.spokes_of(i)) pressed -= std::min(0.0, tangent_[spoke.edge][3]);
         if (8 * pressed > d[i] && !pinned[i]) loose_.push_back(i);
     }
-    for (int sweep = 0; sweep < sweeps; ++sweep) {
-        for (const Index i : loose_) {
-            const Vector x_i = x[i];
-            Vector g = d[i] * (x_i - z[i]);
-            double across = d[i], xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-            for (const Spoke& spoke : body_.spokes_of(i)) {
-                const Vector by = x_i - x[spoke.neighbour];
-                const double square = by.squaredNorm();
-                if (!(square > 0)) continue;
-                const double inverse = 1 / std::sqrt(square), s = spoke.k * (1 - spoke.rest * inverse),
-                             positive = std::max(0.0, s), along = (spoke.k - positive) * inverse * inverse;
-                g += s * by;
-                across += positive;
-                const Vector u = along * by;
-                xx += u.x() * by.x(), xy += u.x() * by.y(), xz += u.x() * by.z();
-                yy += u.y() * by.y(), yz += u.y() * by.z(), zz += u.z() * by.z();
-            }
-            Eigen::Matrix3d H;
-            H << xx + across, xy, xz, xy, yy + across, yz, xz, yz, zz + across;
-            x[i] -= H.inverse() * g;
-        }
-        std::reverse(loose_.begin(), loose_.end());
-    }
+    if (loose_.empty()) return;
+    const Settling settling(body_, loose_, d, z);
+    for (int sweep = 0; sweep < sweeps; ++sweep) settling.sweep(*vector_kernels().front(), x, sweep % 2 == 1);
 }
 
 }  // namespace innerspring

@@ -31,9 +31,9 @@ class Net {
                     std::vector<Vector>& q, Team& team);
 
     /// Lowers Phi vertex by vertex where springs were pressed hard enough in the last linearise() to give way
-    /// sideways (ours): sweeps of small Newton steps, each with its neighbours held, to and fro. A net
-    /// without resistance to bending wrinkles from one vertex to the next, which costs Newton's method a step
-    /// for every few of them, and this next to nothing.
+    /// sideways (ours): sweeps of small Newton steps, each with its neighbours held, to and fro (see
+    /// Settling). A net without resistance to bending wrinkles from one vertex to the next, which costs
+    /// Newton's method a step for every few of them, and this next to nothing.
     void settle(std::vector<Vector>& x, std::span<const double> d, const std::vector<Vector>& z,
                 const std::vector<bool>& pinned);
 

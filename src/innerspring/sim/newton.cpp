@@ -67,7 +67,8 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
         f.linearise(x);
         // More exact as the residual gets small, which makes the end superlinear; no more exact than needed.
         const double relative = std::min(goal.model, std::sqrt(1e4 * report.residual / goal.scale));
-        model(f, g, relative, 0.3 * goal.residual, std::min(1000, goal.most_products - report.products));
+        model(f, g, relative, goal.enough * goal.residual,
+              std::min(1000, goal.most_products - report.products));
         report.products += products_;
         double slope = 0;
         for (std::size_t i = 0; i < n; ++i) slope += g[i].dot(p_[i]);

@@ -38,7 +38,8 @@ class Newton {
         double scale;     ///< [N]; what makes a residual small
         int most_iterations = 500;
         int most_products = 1 << 30;  ///< in all
-        double model = 0.1;  ///< how exactly the steps' linear systems are solved, unless less will do
+        double model = 0.1;   ///< how exactly the steps' linear systems are solved, unless less will do:
+        double enough = 0.3;  ///< so much of `residual`
     };
     struct Report {
         bool reached = false;

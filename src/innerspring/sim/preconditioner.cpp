@@ -9,11 +9,24 @@ Preconditioner::Preconditioner(const Body& body) : factor_(body) {
     find_normals(body);
 }
 
-void Preconditioner::find_normals(const Body& body) {
-    rest_normal_ = vertex_normals(body.rest.positions, body.rest.triangles);
-    for (Vector& n : rest_normal_)
+namespace {
+
+std::vector<Vector> unit_normals(Positions x, Triangles triangles) {
+    std::vector<Vector> normals = vertex_normals(x, triangles);
+    for (Vector& n : normals)
         if (!(n.squaredNorm() > 0)) n = Vector::UnitX();  // any will do
+    return normals;
+}
+
+}  // namespace
+
+void Preconditioner::find_normals(const Body& body) {
+    rest_normal_ = unit_normals(body.rest.positions, body.rest.triangles);
     normal_ = rest_normal_;
+}
+
+void Preconditioner::follow(const Body& body, const std::vector<Vector>& x) {
+    normal_ = unit_normals(x, body.rest.triangles);
 }
 
 void Preconditioner::factorize(const Body& body, std::span<const double> d, const std::vector<bool>& pinned) {

@@ -24,6 +24,8 @@ class Preconditioner {
     /// of the springs at x.
     void set_normal_stiffness(const Body& body, std::span<const double> d, const std::vector<Vector>& x,
                               double share);
+    /// The normals of the surface at x from now on. (They are those at rest before.)
+    void follow(const Body& body, const std::vector<Vector>& x);
     /// The normals at rest turned by R.
     void turn(const Body& body, const Eigen::Matrix3d& R);
 

@@ -1,6 +1,7 @@
 #include "innerspring/sim/net_simd.h"
 #include "innerspring/sim/packed_simd.h"
 #include "innerspring/sim/panel_simd.h"
+#include "innerspring/sim/settle_simd.h"
 
 namespace innerspring {
 
@@ -13,7 +14,7 @@ const VectorKernels* avx2_kernels() {
                                        multiply_panel<Avx2>,
                                        stretch_avx2,
                                        pull_avx2,
-                                       tangent_avx2};
+                                       tangent_avx2, settle_groups<FourDoubles>};
     return &kernels;
 #else
     return nullptr;

@@ -112,6 +112,26 @@ struct NetSums {
     double places[3] = {0, 0, 0}, gradient2[3] = {0, 0, 0};
 };
 
+/// Vertices that are no neighbours of each other, side by side, for Net::settle. Offsets are three times the
+/// vertex, below 2^31.
+inline constexpr std::size_t settle_width = 8;
+struct SettleGroup {
+    std::uint32_t offset[settle_width];
+    std::uint32_t vertices;      ///< those after are the last again, and are not moved
+    std::uint32_t first, count;  ///< of the slots
+    double d[settle_width], z[3][settle_width];
+};
+/// The n-th spoke of each.
+struct SettleSlot {
+    std::uint32_t offset[settle_width];  ///< of the neighbour
+    double k[settle_width], rest[settle_width];
+};
+struct SettlePass {
+    const SettleGroup* groups;
+    const SettleSlot* slots;
+    double* x;  ///< three per vertex, in place
+};
+
 /// The inner loops for one instruction set. Null pointers to these where the library was built for another
 /// processor.
 struct VectorKernels {
@@ -139,6 +159,9 @@ struct VectorKernels {
     /// Vertices [first, last): q_i = d_i p_i + sum_j across (p_i - p_j) + along along.(p_i - p_j), adding
     /// p_i q_i to `sums`, per axis.
     void (*tangent)(const TangentPass& pass, std::size_t first, std::size_t last, double* sums);
+
+    /// Groups [first, last): each vertex a step towards its least energy.
+    void (*settle)(const SettlePass& pass, std::size_t first, std::size_t last);
 };
 
 const VectorKernels* avx512_kernels();

@@ -1,6 +1,7 @@
 #include "innerspring/sim/net_simd.h"
 #include "innerspring/sim/packed_simd.h"
 #include "innerspring/sim/panel_simd.h"
+#include "innerspring/sim/settle_simd.h"
 
 namespace innerspring {
 
@@ -12,7 +13,7 @@ const VectorKernels* portable_kernels() {
                                        multiply_plain<float>,
                                        stretch_plain,
                                        pull_plain,
-                                       tangent_plain};
+                                       tangent_plain, settle_groups<OneDouble>};
     return &kernels;
 }
 
