@@ -17,6 +17,7 @@
 #include "options.h"
 
 #ifdef INNERSPRING_VIEWER
+#include "feeling.h"
 #include "offscreen.h"
 #include "window.h"
 #endif

@@ -1,6 +1,7 @@
 #pragma once
 #include <future>
 
+#include "innerspring/haptic/loop.h"
 #include "innerspring/haptic/pointed.h"
 #include "session.h"
 

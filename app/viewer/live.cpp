@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "innerspring/haptic/loop.h"
+
 namespace innerspring::viewer {
 
 namespace {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "feeling.h"
 #include "window.h"
 
 namespace innerspring::viewer {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "innerspring/haptic/body_side.h"
 #include "innerspring/mesh/topology.h"
 #include "rig.h"
 

@@ -7,8 +7,13 @@
 #include <optional>
 
 #include "innerspring/body/body.h"
-#include "innerspring/haptic/loop.h"
 #include "innerspring/sim/forces.h"
+
+namespace innerspring {
+class BodySide;
+struct LoopReport;
+enum class ServoHealth;
+}  // namespace innerspring
 
 namespace innerspring::viewer {
 
@@ -74,7 +79,7 @@ struct FeltHand {
     Vector device = Vector::Zero(),
            proxy = Vector::Zero();  ///< where it is, and where the tool is to be [m], scene
     Vector force = Vector::Zero();  ///< on the hand [N]
-    ServoHealth health = ServoHealth::good;
+    ServoHealth health{};
     bool heard = false;                        ///< of the above
     std::shared_ptr<const LoopReport> report;  ///< so far; null before the first
 };

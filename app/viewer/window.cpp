@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "feeling.h"
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/record/vtk.h"

@@ -3,7 +3,6 @@
 #include <future>
 #include <memory>
 
-#include "feeling.h"
 #include "gui.h"
 #include "open.h"
 #include "panel.h"
@@ -15,6 +14,8 @@
 struct GLFWwindow;
 
 namespace innerspring::viewer {
+
+class Feeling;
 
 struct WindowOptions {
     OpenRequest open;

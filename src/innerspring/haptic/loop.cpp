@@ -129,7 +129,7 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
     report.gains = servo->gains();
     report.mapping = mapping;
     Turns turns{body, *servo, options, report};
-    const auto start = turns.start;
+    Clock::time_point& start = turns.start;
 
     if (options.lockstep) {
         run_lockstep(turns, dt, recording ? &*recording : nullptr);
@@ -139,6 +139,7 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
         std::optional<EmptyLoop> empty;
         if (options.empty_loop) empty.emplace(options.servo.rate, options.realtime);
         thread.start();
+        start = Clock::now();  // locking memory takes its time
         double next = 0, last_flush = 0, last_tick = 0;
         std::uint64_t tick = 0;
         std::optional<double> closed;  // when the device was last seen to be away
