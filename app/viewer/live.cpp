@@ -41,11 +41,11 @@ void draw_row(const char* label, const std::string& value) {
 void draw_live(const FeltHand& felt) {
     if (felt.report) draw_row("device", felt.report->device.name);
     draw_row("state", words(felt.health));
-    draw_row("force on the hand", fmt::format("{:.3f} N", felt.force.norm()));
+    draw_row("force felt", fmt::format("{:.3f} N", felt.force.norm()));
     if (!felt.report) return;
     const LoopReport& r = *felt.report;
     const ServoStatistics& s = r.servo;
-    draw_row("largest, coupling", fmt::format("{:.3f} N, {:.0f} N/m", s.force_max, r.gains.stiffness));
+    draw_row("most; coupling", fmt::format("{:.3f} N, {:.0f} N/m", s.force_max, r.gains.stiffness));
     draw_row("servo", fmt::format("{:.1f} Hz, {} periods", r.rate_hz, s.ticks));
     if (s.work.count() > 0) {  // none in lockstep
         draw_row("", "p50  p99  p99.9  most");
