@@ -216,9 +216,9 @@ TEST(Servo, AStalledBodyFadesOutAndComesBackBySlopes) {
         const int allowed = std::max(2 * every, 5);
         EXPECT_GE(whole, allowed - 1) << every;
         EXPECT_LE(whole, allowed + 1) << every;
-        EXPECT_LE(zero, allowed + 6) << every;
+        EXPECT_LE(zero, allowed + 5) << every;
         if (every <= 5) {
-            EXPECT_LE(zero - every, 11) << every;
+            EXPECT_LE(zero - every, 10) << every;
         }
         EXPECT_EQ(p.health(), ServoHealth::stalled);
         p.run(1, wall(200), every);

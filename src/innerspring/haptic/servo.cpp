@@ -126,7 +126,8 @@ bool Servo::tick() noexcept {
     const bool stalled = late(contact, news);
     const double fade_step = guard_.options().fade > 0 ? period_ / guard_.options().fade : 1;
     if (stalled) {
-        fade_ = std::max(0.0, fade_ - fade_step);
+        fade_ -= fade_step;
+        if (fade_ < 1e-9) fade_ = 0;  // steps that do not sum to one are no reason to wait
     } else if (fade_ > 0) {  // it was for a moment
         fade_ = std::min(1.0, fade_ + fade_step);
     } else {  // back: ramp up as at the start
