@@ -53,7 +53,7 @@ class Feeling {
     LoopReport finish();
 
     bool has_mouse() const { return mouse_; }
-    Vector mouse_start() const { return mapping_.to_scene(mouse_->start()); }  ///< [m], scene
+    Vector mouse_start() const { return mapping_.to_scene(mouse_->beginning()); }  ///< [m], scene
     void point(const Vector& place, unsigned buttons) { mouse_->point(mapping_.to_hand(place), buttons); }
 
   private:

@@ -35,7 +35,7 @@ TEST(PointedDevice, FollowsWithItsLagAndWithinItsSpeed) {
     PointedDevice mouse("mouse", 1 / T);
     DeviceSample before, now;
     mouse.read(before);
-    const Vector start = mouse.start(), told = start + Vector(0.002, -0.001, -0.003);
+    const Vector start = mouse.beginning(), told = start + Vector(0.002, -0.001, -0.003);
     EXPECT_EQ(before.pose.position, start);
     EXPECT_EQ(before.velocity, Vector(0, 0, 0));
     mouse.point(told, 4);

@@ -13,10 +13,10 @@ PointedDevice::PointedDevice(std::string name, double rate) : period_(1 / rate) 
     if (!(rate > 0 && std::isfinite(rate))) throw InputError(name + ": the rate must be positive and finite");
     info_.name = std::move(name);
     info_.output_dof = 0;
-    start_ = (info_.workspace.lower + info_.workspace.upper) / 2;
-    start_.z() = info_.workspace.upper.z();
-    x_ = start_;
-    told_.send({start_, 0});
+    beginning_ = (info_.workspace.lower + info_.workspace.upper) / 2;
+    beginning_.z() = info_.workspace.upper.z();
+    x_ = beginning_;
+    told_.send({beginning_, 0});
 }
 
 void PointedDevice::point(const Vector& place, unsigned buttons) noexcept {

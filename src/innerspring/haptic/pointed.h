@@ -11,7 +11,7 @@ class PointedDevice : public Device {
   public:
     /// It begins at the face of the workspace before the user.
     PointedDevice(std::string name, double rate);
-    const Vector& start() const { return start_; }  ///< [m], device frame
+    const Vector& beginning() const { return beginning_; }  ///< [m], device frame
     /// From one other thread. Places outside the workspace are brought to its nearest face.
     void point(const Vector& place, unsigned buttons = 0) noexcept;  ///< [m], device frame
 
@@ -28,7 +28,7 @@ class PointedDevice : public Device {
     };
     DeviceInfo info_;
     double period_;
-    Vector start_;
+    Vector beginning_;
     Mailbox<Target> told_;
     std::uint64_t ticks_ = 0;
     Vector x_, v_ = Vector::Zero();

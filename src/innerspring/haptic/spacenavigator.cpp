@@ -72,7 +72,7 @@ class SpaceNavigator final : public PointedDevice {
     void follow() {
         using Clock = std::chrono::steady_clock;
         constexpr double dt = 0.004;  // [s]
-        Vector place = start(), velocity = Vector::Zero();
+        Vector place = beginning(), velocity = Vector::Zero();
         unsigned buttons = 0;
         auto next = Clock::now();
         while (!quit_.load(std::memory_order_relaxed)) {
