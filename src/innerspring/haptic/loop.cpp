@@ -68,17 +68,17 @@ struct Turns {
     void tell() {
         if (options.lockstep) {
             if (report.body_steps % 20 != 0) return;
-            sum_up(servo.statistics());
+            sum_up(servo.statistics(), since(start));
         } else {
             if (!servo.progress().update()) return;
-            sum_up(servo.progress().latest());
+            sum_up(servo.progress().latest(), since(start));
         }
         options.progress(report);
     }
 
-    void sum_up(const ServoStatistics& statistics) {
+    void sum_up(const ServoStatistics& statistics, double seconds) {
         report.servo = statistics;
-        report.seconds = since(start);
+        report.seconds = seconds;
         const double simulated = double(statistics.ticks) / options.servo.rate;
         const double span = options.lockstep ? simulated : report.seconds;
         report.rate_hz = span > 0 ? double(statistics.ticks) / span : 0;
@@ -131,8 +131,11 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
     Turns turns{body, *servo, options, report};
     Clock::time_point& start = turns.start;
 
+    double ended = 0;  // [s]
+
     if (options.lockstep) {
         run_lockstep(turns, dt, recording ? &*recording : nullptr);
+        ended = since(start);
         device.write(Vector::Zero());
     } else {
         ServoThread thread(device, *servo, options.realtime);
@@ -195,6 +198,7 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
             next = std::max(next + dt, since(start) - dt);
             sleep_until(start, next);
         }
+        ended = since(start);
         thread.stop();
         report.notes.insert(report.notes.end(), thread.notes().begin(), thread.notes().end());
         if (empty) {
@@ -202,7 +206,7 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
             report.has_empty = true;
         }
     }
-    turns.sum_up(servo->statistics());
+    turns.sum_up(servo->statistics(), ended);
     if (recording) {
         recording->drain(true);
         report.lost_samples = recording->ring().dropped();
