@@ -3,13 +3,24 @@
 #include <atomic>
 #include <csignal>
 #include <memory>
+#include <tuple>
 
 #include "commands.h"
+#include "innerspring/haptic/forcedimension.h"
 #include "innerspring/haptic/hand.h"
 #include "innerspring/haptic/loop.h"
 #include "innerspring/haptic/openhaptics.h"
+#include "innerspring/haptic/pointed.h"
 #include "innerspring/haptic/press_script.h"
+#include "innerspring/haptic/spacenavigator.h"
+#include "innerspring/mesh/write.h"
 #include "options.h"
+
+#ifdef INNERSPRING_VIEWER
+#include "feeling.h"
+#include "offscreen.h"
+#include "window.h"
+#endif
 
 using namespace innerspring;
 
@@ -19,21 +30,25 @@ struct Arguments {
     MeshOptions mesh;
     BodyArguments body;
     OutputOptions output;
-    std::vector<std::string> tools;
+    std::vector<std::string> tools, refine;
     std::optional<std::string> device, gravity;
     std::optional<double> rate, body_rate, metres, newtons, stiffness, tool_radius, friction;
     std::optional<int> threads;
-    std::string record, library, device_name, press = "0,0,-1";
-    double duration = 10, depth = 0.2, tremor = 0, grip = 10;
+    std::string record, library, device_name, press = "0,0,-1", screenshot, size, camera;
+    std::optional<double> duration;
+    double depth = 0.2, tremor = 0, grip = 10;
     std::optional<double> max_force;
     unsigned clutch = 0;
-    bool no_controller = false, lockstep = false, no_realtime = false, empty_loop = false;
+    bool view = false, no_controller = false, lockstep = false, no_realtime = false, empty_loop = false;
 };
 
 std::atomic<bool> interrupted{false};
 
 std::unique_ptr<Device> make_device(const Arguments& a, const SceneHaptic& haptic) {
     if (haptic.device == "openhaptics") return make_openhaptics({a.device_name, a.library});
+    if (haptic.device == "spacenavigator") return make_spacenavigator({a.library, haptic.rate});
+    if (haptic.device == "forcedimension") return make_forcedimension({a.library});
+    if (haptic.device == "mouse") return std::make_unique<PointedDevice>("mouse", haptic.rate);
     if (haptic.device.starts_with("replay:"))
         return std::make_unique<ReplayDevice>(read_hand(haptic.device.substr(7)), haptic.rate);
     return nullptr;  // the simulated hand: its script depends on the mapping
@@ -67,6 +82,8 @@ void print(const LoopReport& r, const Setup& setup, bool lockstep) {
               fmt::format("{:.1f} steps/s, {:.4g} s of its time{}", r.body_steps_per_second, r.body_time,
                           r.body_resets ? fmt::format("; left the numbers {} times", r.body_resets) : ""));
     if (!lockstep) print_row("body work", row(r.body_work));
+    if (r.refinements > 0)
+        print_row("refinement", fmt::format("{} changes; {} vertices at the end", r.refinements, r.vertices));
     print_row("force", fmt::format("largest {:.4g} N; {} clamped, {} by the passivity controller",
                                    s.force_max, s.clamped, s.braked));
     print_row("observer", fmt::format("least {:.3g} J; {:.3g} J from the hand, {:.3g} J lent",
@@ -75,7 +92,53 @@ void print(const LoopReport& r, const Setup& setup, bool lockstep) {
                                     s.faults, s.stalls, r.reopened));
 }
 
-int run(const Arguments& a) {
+#ifdef INNERSPRING_VIEWER
+
+/// With the window beside, until it is closed.
+LoopReport run_in_window(const Arguments& a, BodySide& body, double dt, Device& device, PointedDevice* mouse,
+                         const LoopOptions& options) {
+    viewer::WindowOptions window;
+    window.camera = viewer::parse_camera(a.camera);
+    if (!a.size.empty()) {
+        const auto [width, height] = parse_size(a.size);
+        window.size = {width, height};
+    }
+    viewer::Feeling feeling(body, 0, dt, device, options, interrupted, mouse);
+    window.feeling = &feeling;
+    viewer::run_window(window);
+    return feeling.finish();
+}
+
+/// And a picture of the end, without a display.
+LoopReport run_and_draw(const Arguments& a, BodySide& body, double dt, Device& device, LoopOptions options) {
+    viewer::PictureRequest request;
+    request.camera = viewer::parse_camera(a.camera);
+    request.panel = true;
+    if (!a.size.empty()) std::tie(request.width, request.height) = parse_size(a.size);
+    viewer::Studio studio(request);
+    viewer::FeltView view(body, 0, dt);
+    view.see_every_step();
+    view.attach(options);
+    const LoopReport report = run_haptic(body, dt, body.mapping(), device, options);
+    view.update();
+    viewer::History history;
+    history.add(view.latest());
+    write_whole(a.screenshot, to_png(studio.picture(view.latest(), history)));
+    return report;
+}
+
+#else
+
+LoopReport run_in_window(const Arguments&, BodySide&, double, Device&, PointedDevice*, const LoopOptions&) {
+    throw RunError("this program was built without the window; leave --view out");
+}
+LoopReport run_and_draw(const Arguments&, BodySide&, double, Device&, const LoopOptions&) {
+    throw RunError("this program was built without the window; leave --screenshot out");
+}
+
+#endif
+
+int run(Arguments a) {
     Scene scene;
     if (a.mesh.mesh.ends_with(".toml"))
         scene = read_scene(a.mesh.mesh);
@@ -93,10 +156,14 @@ int run(const Arguments& a) {
     if (a.no_controller) h.controller = false;
     if (a.threads) scene.step.threads = *a.threads;
     for (const std::string& t : a.tools) scene.tools.push_back(parse_tool(t));
+    for (const std::string& r : a.refine) scene.refine.push_back(parse_refine(r));
     scene = scene_from_text(to_toml(scene), "command line");
 
     Setup setup = set_up(scene);
-    if (!setup.refine.empty()) setup.notes.push_back("[[refine]] is not followed here");
+    if (h.device == "mouse" && !a.view) throw InputError("--device mouse is one in the window; add --view");
+    if (a.view && (a.lockstep || !a.screenshot.empty()))
+        throw InputError(
+            "--view goes by the clock, and shows what --screenshot would; leave one of them out");
     if (setup.loads.tools.empty())
         setup.loads.tools.push_back(
             sphere_tool(a.tool_radius.value_or(0.2 * setup.body.radius), Vector::Zero()));
@@ -113,7 +180,10 @@ int run(const Arguments& a) {
     options.servo.stiffness = h.stiffness;
     options.servo.controller = h.controller;
     options.servo.safety.peak = a.max_force.value_or(0);
-    options.duration = a.duration;
+    if (a.camera.empty())
+        a.camera = h.device == "simulated" || h.device.starts_with("replay:") ? "30,20" : "0,20";
+    const bool by_hand = h.device == "mouse" || h.device == "spacenavigator";
+    options.duration = a.duration.value_or(by_hand ? 0 : 10);
     options.lockstep = a.lockstep;
     options.realtime = !a.no_realtime;
     options.empty_loop = a.empty_loop;
@@ -131,7 +201,7 @@ int run(const Arguments& a) {
         PressScript press;
         press.direction = parse_vector(a.press, "--press");
         press.depth = a.depth;
-        press.duration = a.duration > 0 ? a.duration : 4;
+        press.duration = options.duration > 0 ? options.duration : 4;
         HandOptions hand;
         hand.tremor = a.tremor, hand.grip = a.grip;
         device =
@@ -143,8 +213,11 @@ int run(const Arguments& a) {
 
     StepOptions step = scene.step;
     step.dt = 1 / h.body_rate;
-    BodySide body(setup.body, setup.loads, 0, step, mapping);
-    LoopReport report = run_haptic(body, step.dt, mapping, held, options);
+    BodySide body(setup.body, setup.loads, 0, step, mapping, setup.refine);
+    PointedDevice* mouse = h.device == "mouse" ? static_cast<PointedDevice*>(device.get()) : nullptr;
+    LoopReport report = a.view                  ? run_in_window(a, body, step.dt, held, mouse, options)
+                        : !a.screenshot.empty() ? run_and_draw(a, body, step.dt, held, options)
+                                                : run_haptic(body, step.dt, mapping, held, options);
     held.close();
     if (report.body_steps_per_second < 0.95 * h.body_rate && !a.lockstep)
         report.notes.push_back(
@@ -175,17 +248,30 @@ Command add_haptic(CLI::App& program) {
     add_mesh_options(*app, a->mesh, "surface, or a scene file (.toml, docs/formats.md)");
     app->add_option(
            "--device", a->device,
-           "simulated (a hand that presses and feels), openhaptics (Phantom, Touch), or replay:FILE of "
-           "poses (default simulated)")
+           "simulated (a hand that presses and feels), openhaptics (Phantom, Touch), forcedimension (omega, "
+           "delta, sigma, Falcon), spacenavigator or mouse (which feel nothing; mouse with --view), or "
+           "replay:FILE of poses (default simulated)")
         ->type_name("NAME");
-    app->add_option("--duration", a->duration,
-                    "time to run [s]; 0: until Ctrl-C, or the end of a replay (default 10)")
+    app->add_option(
+           "--duration", a->duration,
+           "time to run [s]; 0: until Ctrl-C, the window is closed, or the end of a replay (default 10; "
+           "0 with mouse, spacenavigator)")
         ->check(CLI::NonNegativeNumber)
         ->type_name("S");
     app->add_option("--rate", a->rate, "of the servo [Hz], 30 to 4000 (default 1000)")->type_name("HZ");
     app->add_option("--body-rate", a->body_rate, "steps of the body [Hz] (default 200)")->type_name("HZ");
     app->add_option("--record", a->record, "write poses and forces to a file, which replay:FILE plays")
         ->type_name("FILE");
+    app->add_flag("--view", a->view,
+                  "a window: body, tool, device, proxy, force, and the report as it goes on");
+    app->add_option("--screenshot", a->screenshot, "no window: a picture of the end, with the report")
+        ->type_name("FILE.png");
+    app->add_option("--size", a->size, "of window or picture [pixel] (default 1280x720)")->type_name("WxH");
+    app->add_option(
+           "--camera", a->camera,
+           "from where: azimuth, elevation [degree] and zoom [1]; at azimuth 0 right, up and towards "
+           "you are the device's (default 0,20,1; simulated and replay 30,20,1)")
+        ->type_name("A,E[,Z]");
     app->add_option("--workspace-scale", a->metres,
                     "metres of the scene per metre of the hand; 0: auto (default)")
         ->type_name("X");
@@ -201,6 +287,9 @@ Command add_haptic(CLI::App& program) {
         ->check(CLI::PositiveNumber)
         ->type_name("N");
     app->add_option("--tool", a->tools, "the tool in the hand, as in simulate; its place is the hand's")
+        ->type_name("SPEC");
+    app->add_option("--refine", a->refine,
+                    "refine during the run, as in simulate: 'tool_share=0.3, levels=2' under the tool")
         ->type_name("SPEC");
     app->add_option("--tool-radius", a->tool_radius,
                     "of the ball in the hand [m] (default: a fifth of the body's)")
@@ -222,7 +311,8 @@ Command add_haptic(CLI::App& program) {
     app->add_option("--clutch", a->clutch, "button (1, 2, 4, 8) that lets the hand move without the tool")
         ->type_name("BIT");
     app->add_option("--library", a->library,
-                    "openhaptics: path of libHD.so (default: where the system looks)")
+                    "path of the vendor's library: libHD.so, libdhd.so.3, libspnav.so.0 (default: where the "
+                    "system looks)")
         ->type_name("FILE");
     app->add_option("--device-name", a->device_name,
                     "openhaptics: as set up with the vendor's tool (default: the default one)")
@@ -237,6 +327,6 @@ Command add_haptic(CLI::App& program) {
                   "run a loop that does nothing beside, to see what the machine misses");
     add_body_options(*app, a->body);
     add_output_options(*app, a->output);
-    app->footer("Safety: docs/haptic.md. Not tested on a real device.");
+    app->footer("Safety: docs/haptics.md. Not tested on a real device.");
     return {app, [a] { return run(*a); }};
 }

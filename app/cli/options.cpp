@@ -159,6 +159,18 @@ Vector parse_vector(const std::string& text, const char* option) {
     return v;
 }
 
+std::pair<int, int> parse_size(const std::string& text) {
+    int width = 0, height = 0;
+    const char *p = text.data(), *end = p + text.size();
+    const auto [middle, first] = std::from_chars(p, end, width);
+    const bool between = first == std::errc() && middle != end && *middle == 'x';
+    const auto [last, second] = std::from_chars(between ? middle + 1 : end, end, height);
+    if (!between || second != std::errc() || last != end || width < 64 || height < 64 || width > 8192 ||
+        height > 8192)
+        throw InputError(fmt::format("--size '{}': expected WIDTHxHEIGHT, each from 64 to 8192", text));
+    return {width, height};
+}
+
 void print_notes(const std::vector<std::string>& notes, bool quiet) {
     if (quiet) return;
     for (const std::string& note : notes) fmt::print(stderr, "note: {}\n", note);

@@ -47,6 +47,9 @@ std::string shape_list();
 /// "X,Y,Z" to a vector. Throws InputError naming `option`.
 innerspring::Vector parse_vector(const std::string& text, const char* option);
 
+/// "WIDTHxHEIGHT" [pixel]. Throws InputError.
+std::pair<int, int> parse_size(const std::string& text);
+
 /// Notes to standard error, one line each, unless quiet.
 void print_notes(const std::vector<std::string>& notes, bool quiet);
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include <charconv>
 #include <memory>
+#include <tuple>
 
 #include "commands.h"
 #include "innerspring/mesh/error.h"
@@ -36,16 +36,6 @@ std::vector<Scheme> parse_schemes(const std::string& text) {
     return {parse_scheme(text.substr(0, comma)), parse_scheme(text.substr(comma + 1))};
 }
 
-void parse_size(const std::string& text, int& width, int& height) {
-    const char *p = text.data(), *end = p + text.size();
-    const auto [middle, first] = std::from_chars(p, end, width);
-    const bool between = first == std::errc() && middle != end && *middle == 'x';
-    const auto [last, second] = std::from_chars(between ? middle + 1 : end, end, height);
-    if (!between || second != std::errc() || last != end || width < 64 || height < 64 || width > 8192 ||
-        height > 8192)
-        throw InputError(fmt::format("--size '{}': expected WIDTHxHEIGHT, each from 64 to 8192", text));
-}
-
 int run(const Arguments& a) {
     viewer::OpenRequest open;
     open.what = {a.mesh.mesh};
@@ -62,7 +52,7 @@ int run(const Arguments& a) {
     look.flat = a.flat, look.wireframe = a.edges, look.homes = a.homes, look.tetrahedra = a.tetrahedra;
     look.ground = !a.no_ground;
     if (!a.camera.empty()) picture.camera = viewer::parse_camera(a.camera);
-    if (!a.size.empty()) parse_size(a.size, picture.width, picture.height);
+    if (!a.size.empty()) std::tie(picture.width, picture.height) = parse_size(a.size);
 
     if (a.replay) {
         const viewer::Recording recording = viewer::read_recording(a.mesh.mesh);

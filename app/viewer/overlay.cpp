@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "innerspring/record/colours.h"
+#include "live.h"
 
 namespace innerspring::viewer {
 
@@ -110,6 +111,11 @@ void draw_overlay(const Snapshot& snapshot, std::size_t n, ColourBy colour, cons
         if (const double newton = tool.newton.norm(); newton > 0)
             text(list, box.x + 12 * s, y += 17 * s, fmt::format("{} {:.3g} N", tool.tool.name, newton));
     draw_forces(list, body, camera, box, s);
+    if (snapshot.felt && snapshot.felt->heard) {
+        text(list, box.x + 12 * s, y += 17 * s,
+             fmt::format("on the hand {:.3g} N", snapshot.felt->force.norm()));
+        draw_felt(*snapshot.felt, camera, box, s);
+    }
 
     const bool last = n + 1 == snapshot.bodies.size();
     if (last && colour != ColourBy::plain && range.low < range.high && box.width > 200 * s &&

@@ -7,15 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "live.h"
+
 namespace innerspring::viewer {
 
 namespace {
-
-void row(const char* label, const std::string& value) {
-    ImGui::TextDisabled("%s", label);
-    ImGui::SameLine(ImGui::GetContentRegionMax().x * 0.42f);
-    ImGui::TextUnformatted(value.c_str());
-}
 
 /// Over the logarithm, whatever the size of the numbers: a vertex may weigh a microgram.
 bool slider(const char* label, double& value, double low, double high, const char* unit = "") {
@@ -32,25 +28,25 @@ void draw_numbers(const Snapshot& snapshot) {
         ImGui::TextUnformatted(body.simulated
                                    ? fmt::format("{}, scheme {}", name, to_string(body.scheme)).c_str()
                                    : name.c_str());
-        row("vertices",
-            fmt::format("{}, {} triangles", body.surface->rest.size(), body.surface->triangles.size()));
-        row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
-        row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
+        draw_row("vertices",
+                 fmt::format("{}, {} triangles", body.surface->rest.size(), body.surface->triangles.size()));
+        draw_row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
+        draw_row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
         for (const TouchingTool& tool : body.tools)
-            row(fmt::format("tool {}", tool.tool.name).c_str(),
-                body.simulated ? fmt::format("{:.4g} N", tool.newton.norm()) : "");
+            draw_row(fmt::format("tool {}", tool.tool.name).c_str(),
+                     body.simulated ? fmt::format("{:.4g} N", tool.newton.norm()) : "");
         if (!body.tools.empty() && body.simulated)
-            row("contact", fmt::format("{:.4g} Pa at most", most_pressure(body)));
-        if (body.simulated) row("sub-steps", fmt::format("{}, {}", body.substeps, body.integrator));
+            draw_row("contact", fmt::format("{:.4g} Pa at most", most_pressure(body)));
+        if (body.simulated) draw_row("sub-steps", fmt::format("{}, {}", body.substeps, body.integrator));
     }
     if (!snapshot.bodies[0].simulated) return;
-    row("time", fmt::format("{:.3f} s, step {:g} s", snapshot.time, snapshot.dt));
+    draw_row("time", fmt::format("{:.3f} s, step {:g} s", snapshot.time, snapshot.dt));
     if (snapshot.steps_per_second == 0 && snapshot.bodies[0].step_ms == 0) return;  // no clock: off screen
     const bool slow = !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed;
-    row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
-                                        slow ? fmt::format(" ({:g} asked for)", snapshot.speed) : ""));
-    row("steps per second",
-        fmt::format("{:.0f}, {:.3g} ms each", snapshot.steps_per_second, snapshot.bodies[0].step_ms));
+    draw_row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
+                                             slow ? fmt::format(" ({:g} asked for)", snapshot.speed) : ""));
+    draw_row("steps per second",
+             fmt::format("{:.0f}, {:.3g} ms each", snapshot.steps_per_second, snapshot.bodies[0].step_ms));
 }
 
 void draw_time(const Snapshot& snapshot, PanelActions& actions) {
@@ -185,25 +181,27 @@ Vector gravity_of(const PanelState& state) {
 }
 
 std::span<const Shortcut> shortcuts() {
-    static constexpr Shortcut all[] = {{"left drag on the body", "the grip: hold, push, ball, refine, pin"},
-                                       {"left drag beside it", "orbit"},
-                                       {"right drag", "orbit"},
-                                       {"middle drag, Shift+right", "pan"},
-                                       {"wheel", "zoom; pushing: force; with the ball: depth"},
-                                       {"H  P  B  F  L", "hold, push, ball, refine, pin (lasso)"},
-                                       {"B again", "a capsule; a ball"},
-                                       {"R  C", "refine, coarsen under the pointer"},
-                                       {"1  2  3", "scheme A, B, C"},
-                                       {"X", "of two: scheme, sliders of both or one"},
-                                       {"G", "gravity on and off"},
-                                       {"Space  .", "pause; one step"},
-                                       {"Backspace  Z", "reset; undo"},
-                                       {"V", "next colours"},
-                                       {"W  S", "edges; flat or smooth"},
-                                       {"O  T", "homes; virtual tetrahedra"},
-                                       {"0", "fit the body into the view"},
-                                       {"F2  F3  F4  F5", "save picture, VTP, scene, recording"},
-                                       {"Tab  ?  Q", "panel; these keys; close"}};
+    static constexpr Shortcut all[] = {
+        {"left drag on the body", "the grip: hold, push, ball, refine, pin"},
+        {"left drag beside it", "orbit"},
+        {"right drag", "orbit"},
+        {"middle drag, Shift+right", "pan"},
+        {"wheel", "zoom; pushing: force; with the ball: depth"},
+        {"haptic --device mouse", "pointer: across; wheel: depth, zoom with right"},
+        {"H  P  B  F  L", "hold, push, ball, refine, pin (lasso)"},
+        {"B again", "a capsule; a ball"},
+        {"R  C", "refine, coarsen under the pointer"},
+        {"1  2  3", "scheme A, B, C"},
+        {"X", "of two: scheme, sliders of both or one"},
+        {"G", "gravity on and off"},
+        {"Space  .", "pause; one step"},
+        {"Backspace  Z", "reset; undo"},
+        {"V", "next colours"},
+        {"W  S", "edges; flat or smooth"},
+        {"O  T", "homes; virtual tetrahedra"},
+        {"0", "fit the body into the view"},
+        {"F2  F3  F4  F5", "save picture, VTP, scene, recording"},
+        {"Tab  ?  Q", "panel; these keys; close"}};
     return all;
 }
 
@@ -217,7 +215,7 @@ PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelS
                      ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                          ImGuiWindowFlags_NoTitleBar);
         ImGui::PushItemWidth(ImGui::GetContentRegionAvail().x * 0.66f);
-        const bool simulated = snapshot.bodies[0].simulated;
+        const bool simulated = snapshot.bodies[0].simulated && !snapshot.felt;
         draw_numbers(snapshot);
         ImGui::Separator();
         if (simulated) {
@@ -229,11 +227,15 @@ PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelS
             draw_tools(snapshot, state, actions);
             ImGui::Separator();
         }
+        if (snapshot.felt) {
+            draw_live(*snapshot.felt);
+            ImGui::Separator();
+        }
         draw_look(state);
         ImGui::Separator();
         ImGui::TextDisabled("save");
         ImGui::SameLine(), actions.picture |= ImGui::SmallButton("picture");
-        ImGui::SameLine(), actions.vtp |= ImGui::SmallButton("VTP");
+        if (!snapshot.felt) ImGui::SameLine(), actions.vtp |= ImGui::SmallButton("VTP");
         if (simulated) {
             ImGui::SameLine(), actions.scene |= ImGui::SmallButton("scene");
             ImGui::SameLine(), actions.recording |= ImGui::SmallButton("recording");

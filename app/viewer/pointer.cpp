@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "feeling.h"
 #include "window.h"
 
 namespace innerspring::viewer {
@@ -13,6 +14,8 @@ namespace {
 
 /// A click of the wheel takes the tool deeper by this share of its radius.
 constexpr double touch_click = 0.05;
+/// And the haptic mouse, which begins farther away.
+constexpr double mouse_click = 0.2;
 
 bool inside(const Box2& box, double x, double y) {
     return x >= box.x && y >= box.y && x < box.x + box.width && y < box.y + box.height;
@@ -103,6 +106,7 @@ void Window::mouse_button(int button, bool down, int modifiers) {
     gesture_ = {};
     gesture_.button = button;
     if (button == GLFW_MOUSE_BUTTON_LEFT) {
+        if (options_.feeling && options_.feeling->has_mouse()) return;  // a button of the device
         begin_tool();
     } else {
         const bool pans = button == GLFW_MOUSE_BUTTON_MIDDLE || (modifiers & GLFW_MOD_SHIFT);
@@ -156,11 +160,24 @@ void Window::begin_touch(const Hit& hit) {
 
 /// How far the pointer is from the point taken, in the plane through that which faces the eye [m].
 Vector Window::pointer_way() const {
+    return beside(gesture_.taken) - gesture_.taken;
+}
+
+/// Where the pointer's ray meets the plane through a point that faces the eye [m].
+Vector Window::beside(const Vector& point) const {
     const Ray ray = stage_->aim(snapshot(), camera_, stage_box(), input_.x, input_.y).ray;
     const Vector normal = camera_.back();
     // Within the picture the ray meets the plane at less than half the angle of view.
-    return ray.from + (gesture_.taken - ray.from).dot(normal) / ray.along.dot(normal) * ray.along -
-           gesture_.taken;
+    return ray.from + (point - ray.from).dot(normal) / ray.along.dot(normal) * ray.along;
+}
+
+/// The haptic mouse goes across with the pointer, and deeper with the wheel.
+void Window::move_mouse() {
+    if (!options_.feeling->has_mouse()) return;
+    const bool aims = gesture_.kind == Gesture::Kind::none && inside(stage_box(), input_.x, input_.y) &&
+                      !gui_->wants_pointer();
+    if (aims) pointed_ = beside(pointed_);
+    options_.feeling->point(pointed_, input_.held[0] ? 1u : 0u);
 }
 
 void Window::move_tool() {
@@ -216,6 +233,10 @@ void Window::scroll(double up) {
         gesture_.depth =
             std::clamp(gesture_.depth + touch_click * panel_.ball.radius * R * up, -2 * R, 2 * R);
         gesture_.moved = true;
+    } else if (options_.feeling && options_.feeling->has_mouse() && gesture_.kind == Gesture::Kind::none) {
+        const double size = snapshot().bodies[0].tools[0].tool.radius;
+        pointed_ -= mouse_click * (size > 0 ? size : 0.2 * snapshot().bodies[0].surface->radius) * up *
+                    camera_.back();
     } else {
         zoom(camera_, std::pow(1.12, up));
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "innerspring/haptic/body_side.h"
 #include "innerspring/mesh/topology.h"
 #include "rig.h"
 
@@ -29,16 +30,33 @@ Surface surface_of(const SurfaceMesh& rest) {
 
 namespace {
 
-std::shared_ptr<const Surface> surface_now(const Simulation& simulation, const Surface* before) {
-    const Body& body = simulation.body();
+/// A body at one moment, whoever steps it.
+struct Seen {
+    const Body& body;
+    const State& state;
+    const Loads& loads;
+    const Workspace& workspace;
+    const ContactReport* contact;  ///< null: none with these tools on this mesh
+    const Force* hand_force;
+    const Tool* hand_tool;
+    std::uint64_t mesh_version;
+};
+
+Seen seen(const Simulation& s) {
+    return {s.body(),    s.state(),      s.loads(),     s.workspace(),
+            s.contact(), s.hand_force(), s.hand_tool(), s.mesh_version()};
+}
+
+std::shared_ptr<const Surface> surface_now(const Seen& from, const Surface* before) {
+    const Body& body = from.body;
     Surface s;
-    if (before && before->mesh_version == simulation.mesh_version())
+    if (before && before->mesh_version == from.mesh_version)
         s = *before;  // other masses and springs only
     else
         s = surface_of(body.rest);
     s.m = body.m, s.K = body.K, s.L = body.L;
     s.centre = body.centre;
-    s.mesh_version = simulation.mesh_version();
+    s.mesh_version = from.mesh_version;
     return std::make_shared<const Surface>(std::move(s));
 }
 
@@ -70,14 +88,14 @@ Vector way_out(const Tool& tool, const Pose& pose, const ToolContact& felt) {
     return pose.position + pose.rotation * (from + s * along);
 }
 
-void capture_tools(const Simulation& from, BodySnapshot& to) {
+void capture_tools(const Seen& from, BodySnapshot& to) {
     to.tools.clear();
-    for (const Tool& tool : from.loads().tools) {
-        to.tools.push_back(tool_at(tool, from.state().time));
-        to.tools.back().hand = &tool == from.hand_tool();
+    for (const Tool& tool : from.loads.tools) {
+        to.tools.push_back(tool_at(tool, from.state.time));
+        to.tools.back().hand = &tool == from.hand_tool;
     }
     to.pressed.clear();
-    const ContactReport* report = from.contact();
+    const ContactReport* report = from.contact;
     if (!report) return;
     for (std::size_t n = 0; n < to.tools.size(); ++n) {
         TouchingTool& tool = to.tools[n];
@@ -85,12 +103,12 @@ void capture_tools(const Simulation& from, BodySnapshot& to) {
         tool.place = way_out(tool.tool, tool.pose(), report->tools[n]);
     }
     for (const VertexContact& vertex : report->vertices)
-        to.pressed.emplace_back(vertex.vertex, pressure(from.body(), vertex));
+        to.pressed.emplace_back(vertex.vertex, pressure(from.body, vertex));
 }
 
-void capture_body(const Simulation& from, BodySnapshot& to) {
-    const Body& body = from.body();
-    const State& state = from.state();
+void capture_body(const Seen& from, BodySnapshot& to) {
+    const Body& body = from.body;
+    const State& state = from.state;
     const auto& q = body.rest.positions;
     to.u.resize(q.size());
     for (std::size_t i = 0; i < q.size(); ++i)
@@ -99,20 +117,20 @@ void capture_body(const Simulation& from, BodySnapshot& to) {
     to.frame = home_frame(body, state.x, alone);
     to.scheme = body.scheme;
     to.material = body.material;
-    to.integrator = to_string(from.workspace().integrator());
-    to.precision = to_string(from.workspace().precision());
-    to.substeps = from.workspace().substeps();
-    const Measures now = measure(body, from.loads(), state);
+    to.integrator = to_string(from.workspace.integrator());
+    to.precision = to_string(from.workspace.precision());
+    to.substeps = from.workspace.substeps();
+    const Measures now = measure(body, from.loads, state);
     to.volume_variation_percent = now.volume_variation_percent;
     to.kinetic = now.kinetic, to.elastic = now.elastic, to.potential = now.potential;
     to.max_displacement = now.max_displacement;
     to.pulls.clear();
-    for (const Force& force : from.loads().forces)
+    for (const Force& force : from.loads.forces)
         to.pulls.push_back({at(force.profile, state.time) * force.newton, mean_place(force, state),
-                            force.radius, &force == from.hand_force()});
+                            force.radius, &force == from.hand_force});
     capture_tools(from, to);
     to.pinned.clear();
-    for (const Pin& pin : from.loads().pins)
+    for (const Pin& pin : from.loads.pins)
         to.pinned.insert(to.pinned.end(), pin.vertices.begin(), pin.vertices.end());
 }
 
@@ -154,9 +172,9 @@ void Capture::operator()(const Rig& rig, Snapshot& into) {
     into.bodies.resize(rig.size());
     for (std::size_t n = 0; n < rig.size(); ++n) {
         if (!known_[n].surface || known_[n].version != rig[n].body_version())
-            known_[n] = {surface_now(rig[n], known_[n].surface.get()), rig[n].body_version()};
+            known_[n] = {surface_now(seen(rig[n]), known_[n].surface.get()), rig[n].body_version()};
         into.bodies[n].surface = known_[n].surface;
-        capture_body(rig[n], into.bodies[n]);
+        capture_body(seen(rig[n]), into.bodies[n]);
     }
     into.time = rig[0].state().time;
     into.dt = rig[0].dt();
@@ -165,6 +183,27 @@ void Capture::operator()(const Rig& rig, Snapshot& into) {
     into.replaying = rig.replaying();
     for (std::size_t n = 0; n < rig.size(); ++n)
         if (!rig[n].failure().empty()) into.message = rig[n].failure();
+}
+
+void Capture::operator()(const BodySide& side, std::size_t tool, Snapshot& into) {
+    const auto& contact = side.workspace().contact();
+    const bool met = contact.tools.size() == side.loads().tools.size();  // not before the first step
+    const Seen from{side.body(),
+                    side.state(),
+                    side.loads(),
+                    side.workspace(),
+                    met ? &contact : nullptr,
+                    nullptr,
+                    &side.loads().tools[tool],
+                    side.mesh_version()};
+    known_.resize(1);
+    into.bodies.resize(1);
+    if (!known_[0].surface || known_[0].version != side.mesh_version())
+        known_[0] = {surface_now(from, nullptr), side.mesh_version()};
+    into.bodies[0].surface = known_[0].surface;
+    capture_body(from, into.bodies[0]);
+    into.time = side.state().time;
+    into.gravity = side.loads().gravity;
 }
 
 }  // namespace innerspring::viewer

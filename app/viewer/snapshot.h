@@ -4,8 +4,16 @@
 #include <string>
 #include <vector>
 
+#include <optional>
+
 #include "innerspring/body/body.h"
 #include "innerspring/sim/forces.h"
+
+namespace innerspring {
+class BodySide;
+struct LoopReport;
+enum class ServoHealth;
+}  // namespace innerspring
 
 namespace innerspring::viewer {
 
@@ -66,8 +74,19 @@ struct BodySnapshot {
     bool simulated = true;  ///< false: a frame of a recording, of which only the surface is known
 };
 
+/// The hand on a haptic device.
+struct FeltHand {
+    Vector device = Vector::Zero(),
+           proxy = Vector::Zero();  ///< where it is, and where the tool is to be [m], scene
+    Vector force = Vector::Zero();  ///< on the hand [N]
+    ServoHealth health{};
+    bool heard = false;                        ///< of the above
+    std::shared_ptr<const LoopReport> report;  ///< so far; null before the first
+};
+
 struct Snapshot {
     std::vector<BodySnapshot> bodies;
+    std::optional<FeltHand> felt;
     double time = 0;  ///< [s]
     double dt = 0;    ///< [s]
     std::uint64_t ticks = 0;
@@ -81,11 +100,12 @@ struct Snapshot {
     std::uint64_t taken = 0;  ///< snapshots so far
 };
 
-/// Copies what is to be seen of the rig. Surfaces are made anew only where `into`'s, or those of the snapshot
-/// before, are of another version.
+/// Copies what is to be seen of the rig, or of a body that is felt. Surfaces are made anew only where those
+/// of the snapshot before are of another version.
 class Capture {
   public:
     void operator()(const Rig& rig, Snapshot& into);
+    void operator()(const BodySide& side, std::size_t tool, Snapshot& into);
 
   private:
     struct Known {

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "feeling.h"
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/record/vtk.h"
@@ -45,7 +46,9 @@ Window::Window(const WindowOptions& options) : options_(options) {
     if (options.size) remembered.width = (*options.size)[0], remembered.height = (*options.size)[1];
     panel_.open = remembered.panel;
     camera_.azimuth = remembered.azimuth, camera_.elevation = remembered.elevation;
-    show(load(options.open));  // before there is a window: what cannot be opened is said at once
+    show(options.feeling
+             ? Opened{}
+             : load(options.open));  // before there is a window: what cannot be opened is said at once
 
     if (!glfwInit()) throw RunError(no_graphics("no display"));
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
@@ -114,6 +117,7 @@ void Window::show(Opened opened) {
     panel_.tilt = 0;
     panel_.body.reset();
     panel_.before_slider.reset();
+    if (options_.feeling && options_.feeling->has_mouse()) pointed_ = options_.feeling->mouse_start();
     if (!snapshot().gravity.isZero(0)) panel_.gravity = snapshot().gravity;
     fit(camera_, snapshot());
     if (options_.camera) {
@@ -124,6 +128,7 @@ void Window::show(Opened opened) {
 }
 
 void Window::open(const OpenRequest& request) {
+    if (options_.feeling) return say("this body is in the hand; close the window to open another");
     if (opening_.valid()) return say(fmt::format("{} is still being opened", opening_what_));
     opening_what_ = request.what.empty() ? "" : request.what[0];
     opening_ = std::async(std::launch::async, [request] { return load(request); });
@@ -142,6 +147,7 @@ void Window::finish_opening() {
 }
 
 const Snapshot& Window::snapshot() const {
+    if (options_.feeling) return options_.feeling->latest();
     return session_ ? session_->latest() : playback_->snapshot();
 }
 
@@ -186,6 +192,11 @@ bool Window::frame() {
             said_ = snapshot().said;
             if (!snapshot().message.empty()) say(snapshot().message);
         }
+    }
+    if (Feeling* feeling = options_.feeling) {
+        if (feeling->update()) history_.add(snapshot());
+        if (feeling->ended()) close();
+        move_mouse();
     }
     move_tool();
 
@@ -266,6 +277,8 @@ void Window::act(const PanelActions& actions) {
     if (actions.fit) fit(camera_, snapshot());
     if (actions.picture) save_picture_ = true;
     if (actions.vtp && playback_) say("this is a frame of a file already");
+    if (options_.feeling && (actions.vtp || actions.scene || actions.recording))
+        say("of a body in the hand, pictures only; --record writes what the hand does");
     if (!session_) return;
     for (const Command& command : actions.commands) {
         const bool own = std::holds_alternative<SetScheme>(command) || std::holds_alternative<Tune>(command);

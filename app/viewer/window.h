@@ -15,8 +15,11 @@ struct GLFWwindow;
 
 namespace innerspring::viewer {
 
+class Feeling;
+
 struct WindowOptions {
     OpenRequest open;
+    Feeling* feeling = nullptr;              ///< shown instead, for as long as it lasts; outlives the window
     std::optional<std::array<int, 2>> size;  ///< [point]; else as remembered
     std::optional<CameraOption> camera;      ///< else as remembered
     Look look;
@@ -52,7 +55,9 @@ class Window {
     void open(const OpenRequest& request);
 
     const Snapshot& snapshot() const;
-    Session* session() { return session_.get(); }  ///< null for a recorded simulation
+    Session* session() {
+        return session_.get();
+    }  ///< null for a recorded simulation, and for one that is felt
     const std::string& message() const { return message_; }
     const Camera& camera() const { return camera_; }
     const PanelState& panel() const { return panel_; }
@@ -88,6 +93,8 @@ class Window {
     void begin_tool();
     void begin_touch(const Hit& hit);
     Vector pointer_way() const;
+    Vector beside(const Vector& point) const;
+    void move_mouse();
     void move_tool();
     void end_lasso();
     std::optional<Hit> under_pointer(std::size_t& body) const;
@@ -113,6 +120,7 @@ class Window {
     History history_;
     Input input_;
     Gesture gesture_;
+    Vector pointed_ = Vector::Zero();  ///< where a haptic mouse is [m]
     std::future<Opened> opening_;
     std::string opening_what_, message_;
     double message_until_ = 0;

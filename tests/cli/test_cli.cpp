@@ -1,10 +1,14 @@
 // The program as a user runs it: exit codes, one-line errors, JSON, files.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "support/sanitized.h"
 #include "support/temporary_folder.h"
@@ -332,8 +336,60 @@ TEST(Cli, HapticFeelsRecordsAndReplaysToTheSameBits) {
     EXPECT_GT(content(a).size(), 50000u);
 }
 
+// Killed in the middle of it: what was flushed until then is a recording that can be played.
+TEST(Cli, HapticRecordingOutlivesAKill) {
+    TemporaryFolder folder("cli-killed");
+    const std::string file = folder.path / "hand.csv";
+    const pid_t child = fork();
+    if (child == 0) {
+        const int nowhere = open("/dev/null", O_WRONLY);
+        dup2(nowhere, 1), dup2(nowhere, 2);
+        execl(INNERSPRING_PROGRAM, INNERSPRING_PROGRAM, "haptic", "sphere:vertices=300", "--duration", "120",
+              "--no-realtime", "--record", file.c_str(), nullptr);
+        _exit(127);
+    }
+    ASSERT_GT(child, 0);
+    const auto size = [&] {
+        std::error_code none;
+        const auto bytes = std::filesystem::file_size(file, none);
+        return none ? std::uintmax_t(0) : bytes;
+    };
+    for (int n = 0; n < 3000 && size() < 50000; ++n)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const std::uintmax_t flushed = size();
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL);
+    ASSERT_GE(flushed, 50000u);
+    const std::string text = content(file);
+    EXPECT_GE(text.size(), flushed);
+    const auto lines = std::count(text.begin(), text.end(), '\n') - 1;  // without the header
+    EXPECT_GT(lines, 300);
+    const auto result = json(fmt::format(
+        "haptic sphere:vertices=300 --device replay:{} --lockstep --duration 0 --json --quiet", file));
+    EXPECT_NEAR(result["ticks"].get<double>(), double(lines), 3);  // whole lines, all of them, and a cut one
+}
+
+TEST(Cli, HapticDrawsThePictureOfTheEnd) {
+    TemporaryFolder folder("cli-felt");
+    const std::string file = folder.path / "felt.png";
+    const Output out = innerspring(
+        fmt::format("haptic sphere:vertices=300 --lockstep --duration 1 --screenshot {} --size 640x400",
+                    file),
+        true);
+    if (out.code != 0) {
+        EXPECT_NE(out.text.find("OpenGL"), std::string::npos) << out.text;
+        GTEST_SKIP() << out.text;
+    }
+    EXPECT_EQ(content(file).substr(1, 3), "PNG");
+}
+
 TEST(Cli, HapticRefusesInOneLine) {
-    expect_refused("haptic sphere --device fork", "simulated, openhaptics or replay:FILE");
+    expect_refused("haptic sphere --device fork",
+                   "simulated, openhaptics, forcedimension, spacenavigator, mouse or replay:FILE");
+    expect_refused("haptic sphere --device mouse", "add --view");
+    expect_refused("haptic sphere --view --lockstep", "leave one of them out");
     expect_refused("haptic sphere --device replay:/nowhere.csv", "cannot be read");
     expect_refused("haptic sphere --rate 9000", "30 to 4000");
     expect_refused("haptic sphere --workspace-scale -1", "workspace_scale");

@@ -28,7 +28,8 @@ struct Stub {
     std::atomic<int> calls{0};
     std::atomic<double> force{0}, largest{0};           ///< as last and most set [N]
     std::atomic<double> fault_time{-1}, zero_time{-1};  ///< [s]: of the fault, of the first zero force after
-    std::atomic<int> open{0}, frames{0}, in_frame{0}, bad_frames{0}, wrong_thread{0};
+    std::atomic<int> fail_in_stop{-1};  ///< the call from hdStopScheduler() on that leaves an error behind
+    std::atomic<int> open{0}, closed{0}, frames{0}, in_frame{0}, bad_frames{0}, wrong_thread{0};
     // Its own.
     unsigned errors[room]{};
     int error_count = 0;
@@ -79,6 +80,7 @@ hd::Handle hdInitDevice(const char*) {
 void hdDisableDevice(hd::Handle) {
     call();
     --stub.open;
+    ++stub.closed;
 }
 void hdMakeCurrentDevice(hd::Handle) {
     call();
@@ -179,9 +181,10 @@ void hdStartScheduler() {
     });
 }
 void hdStopScheduler() {
-    call();
     stub.running = false;
     if (stub.thread.joinable()) stub.thread.join();
+    if (stub.fail_in_stop >= 0) stub.fail_call = stub.calls + stub.fail_in_stop.exchange(-1);
+    call();
 }
 void hdSetSchedulerRate(unsigned long rate) {
     if (!call()) stub.rate = rate;
@@ -211,6 +214,7 @@ void stub_reset() {
     stub.calls = 0;
     stub.force = stub.largest = 0;
     stub.fault_time = stub.zero_time = -1;
+    stub.fail_in_stop = -1, stub.closed = 0;
     stub.open = stub.frames = stub.in_frame = stub.bad_frames = stub.wrong_thread = 0;
     Guard guard;
     stub.error_count = 0;
@@ -222,6 +226,7 @@ void stub_set(const char* name, double value) {
     if (key == "fail_code") stub.fail_code = unsigned(value);
     if (key == "always") stub.fault_time = stub.zero_time = -1, stub.always = unsigned(value);
     if (key == "no_device") stub.no_device = value != 0;
+    if (key == "fail_in_stop") stub.fail_in_stop = int(value);
     if (key == "stalled") stub.stalled = value != 0;
     if (key == "calibration") stub.calibration = unsigned(value);
     if (key == "speed") stub.speed = value;
@@ -235,6 +240,7 @@ double stub_get(const char* name) {
     if (key == "fault_time") return stub.fault_time;
     if (key == "zero_time") return stub.zero_time;
     if (key == "open") return stub.open;
+    if (key == "closed") return stub.closed;
     if (key == "frames") return stub.frames;
     if (key == "bad_frames") return stub.bad_frames;
     if (key == "wrong_thread") return stub.wrong_thread;

@@ -4,8 +4,10 @@
 
 #include <thread>
 
+#include "innerspring/haptic/loop.h"
 #include "innerspring/haptic/openhaptics.h"
 #include "innerspring/haptic/servo_thread.h"
+#include "support/bodies.h"
 #include "support/sanitized.h"
 
 // The OpenHaptics device against a stand-in for its library (stub_hd.cpp).
@@ -153,6 +155,98 @@ TEST_F(OpenHaptics, EveryCallOfOpeningMayFail) {
         EXPECT_EQ(complaint(), "") << n;
         device->close();
     }
+}
+
+// And each call of starting: a line, no thread left behind, no force, and it starts after.
+TEST_F(OpenHaptics, EveryCallOfStartingMayFail) {
+    for (int n = 0; n < 3; ++n) {
+        stub.reset();
+        ASSERT_EQ(complaint(), "");
+        Servo servo(*device, quick());
+        stub.set("fail_next", n);
+        ServoThread thread(*device, servo, false);
+        try {
+            thread.start();
+            ADD_FAILURE() << n;
+        } catch (const DeviceError& error) {
+            const std::string text = error.what();
+            EXPECT_NE(text.find("communication error (0x0302"), std::string::npos) << n << ": " << text;
+            EXPECT_EQ(text.find('\n'), std::string::npos);
+        }
+        EXPECT_EQ(stub.get("force"), 0);
+        stub.set("fail_call", -1);
+        thread.start();
+        EXPECT_TRUE(within(5, [&] { return stub.get("frames") > 10; })) << n;
+        thread.stop();
+        device->close();
+        EXPECT_EQ(stub.get("open"), 0) << n;
+    }
+}
+
+// And each call of stopping and closing: no thread goes on, and it opens after.
+TEST_F(OpenHaptics, EveryCallOfStoppingMayFail) {
+    for (int n = 0; n < 7; ++n) {
+        stub.reset();
+        ASSERT_EQ(complaint(), "");
+        Servo servo(*device, quick());
+        {
+            Wall wall(servo);
+            ServoThread thread(*device, servo, false);
+            thread.start();
+            ASSERT_TRUE(within(5, [&] { return stub.get("force") > 0.2; })) << n;
+            stub.set("fail_in_stop", n);
+            thread.stop();
+        }
+        device->close();
+        const double frames = stub.get("frames");
+        wait(0.005);
+        EXPECT_EQ(stub.get("frames"), frames) << n;
+        EXPECT_EQ(stub.get("force"), 0) << n;
+        EXPECT_EQ(stub.get("open"), 0) << n;
+    }
+    stub.reset();
+    EXPECT_EQ(complaint(), "");
+    device->close();
+}
+
+// The scheduler stops calling: closed and opened again, and it goes on.
+TEST_F(OpenHaptics, ASchedulerThatStopsCallingIsStartedAgain) {
+    ASSERT_EQ(complaint(), "");
+    support::BodyRecipe recipe;
+    const Body body = support::make_sphere("icosphere:vertices=42", recipe);
+    Loads loads{Vector::Zero(), {}, {}, {sphere_tool(0.3, {0, 0, 1.6})}};
+    StepOptions step;
+    step.dt = 0.005;
+    const HandMapping mapping = fit_mapping(body, loads.tools[0], device->info(), 400);
+    BodySide side(body, loads, 0, step, mapping);
+    LoopOptions options;
+    options.realtime = false, options.duration = 0, options.reopen = 0.05;
+    std::atomic<bool> stop{false};
+    options.stop = &stop;
+    std::uint64_t again = 0;
+    options.after_step = [&](const HandState& hand, const Touch&) {
+        if (stub.get("frames") > 100 && stub.get("closed") == 0) stub.set("stalled", 1);
+        if (stub.get("closed") > 0) {
+            stub.set("stalled", 0);
+            if (again == 0) again = hand.tick;
+            if (hand.tick > again + 50) stop = true;
+        }
+    };
+    std::thread guard([&] {  // the stub goes on once the loop has closed the device
+        for (int n = 0; n < 20000 && !stop; ++n) {
+            if (stub.get("closed") > 0) stub.set("stalled", 0);
+            wait(0.001);
+        }
+        stop = true;
+    });
+    const LoopReport report = run_haptic(side, 0.005, mapping, *device, options);
+    stop = true;
+    guard.join();
+    EXPECT_GE(report.reopened, 1u);
+    EXPECT_TRUE(report.failure.empty()) << report.failure;
+    ASSERT_FALSE(report.notes.empty());
+    EXPECT_NE(report.notes[0].find("no longer calls"), std::string::npos) << report.notes[0];
+    device->close();
 }
 
 TEST_F(OpenHaptics, TheServoRunsInTheSchedulerAndPushes) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace innerspring {
@@ -12,6 +13,11 @@ namespace {
 double tool_size(const Tool& tool) {
     if (tool.shape == ToolShape::mesh) return tool.mesh->radius;
     return tool.radius + tool.length / 2;
+}
+
+/// Of what is in contact, over a step: about as long as the paper's body takes to come back.
+double memory(const StepOptions& options) {
+    return std::exp(-options.dt / 0.02);
 }
 
 }  // namespace
@@ -41,19 +47,33 @@ HandMapping fit_mapping(const Body& body, const Tool& tool, const DeviceInfo& in
 }
 
 BodySide::BodySide(const Body& body, Loads& loads, std::size_t tool, const StepOptions& options,
-                   const HandMapping& mapping)
+                   const HandMapping& mapping, std::vector<RefineRule> refine)
     : body_(body),
       loads_(loads),
       tool_(tool),
       options_(options),
       mapping_(mapping),
-      workspace_(body, options),
-      state_(rest_state(body)) {
+      workspace_(body_, options),
+      state_(rest_state(body_)) {
     if (tool >= loads.tools.size()) throw InputError("haptic: no tool to hold");
     if (loads.tools[tool].shape == ToolShape::plane)
         throw InputError("haptic: a plane cannot be held; take a sphere, a capsule or a mesh");
-    finder_.keep = std::exp(-options.dt / 0.02);  // about as long as the paper's body takes to come back
+    finder_.keep = memory(options);
     turned_ = loads.tools[tool].path.front().pose.rotation;
+    if (!refine.empty()) refiner_.emplace(body_, std::move(refine));
+}
+
+void BodySide::follow_rules() {
+    if (!refiner_ || !refine_failure_.empty()) return;
+    try {
+        refiner_->before_step(state_.time, options_.dt, body_, loads_, state_, [&](const Transfer& transfer) {
+            workspace_.adapt(body_, transfer);
+            finder_.adapt(transfer);
+            ++mesh_version_;
+        });
+    } catch (const InputError& error) {  // the body is as before, and goes on
+        refine_failure_ = error.what();
+    }
 }
 
 LocalContact BodySide::step(const HandState& hand) {
@@ -65,6 +85,7 @@ LocalContact BodySide::step(const HandState& hand) {
     if (steps_ == 0) tool.path = {{state_.time, target}};  // where the hand is when it begins
     const double time = state_.time;
     move_to(tool, time, dt, target);
+    follow_rules();
     const StepReport report = innerspring::step(body_, loads_, state_, workspace_);
     ++steps_;
     LocalContact out;
@@ -73,14 +94,17 @@ LocalContact BodySide::step(const HandState& hand) {
     out.friction = tool.friction;
     position_ = target.position;
     force_.setZero();
-    if (report.not_finite != no_index) {  // begins anew at rest; nothing to feel until it is touched again
+    if (report.not_finite !=
+        no_index) {  // begins anew at rest, and the servo hears of it as of the fault it is
         ++resets_;
         const double now = state_.time + dt;
         state_ = rest_state(body_);
         state_.time = now;
         workspace_ = Workspace(body_, options_);
         touch_ = {};
+        out.stiffness = std::numeric_limits<double>::quiet_NaN();
         finder_ = {};
+        finder_.keep = memory(options_);
         return out;
     }
     const ContactReport& contact = workspace_.contact();

@@ -1,6 +1,9 @@
 #pragma once
+#include <optional>
+
 #include "innerspring/haptic/servo.h"
 #include "innerspring/haptic/touch.h"
+#include "innerspring/sim/refiner.h"
 
 namespace innerspring {
 
@@ -29,28 +32,42 @@ HandMapping fit_mapping(const Body& body, const Tool& tool, const DeviceInfo& in
 /// The body with the tool in the hand: takes the proxy, steps, and says what there is to feel.
 class BodySide {
   public:
-    /// `tool`: index into loads.tools. Throws InputError for what cannot be stepped. Keeps references to body
-    /// and loads.
+    /// `tool`: index into loads.tools. Throws InputError for what cannot be stepped, and for rules that
+    /// cannot be. Keeps a reference to loads, and a body of its own, whose mesh follows the rules.
     BodySide(const Body& body, Loads& loads, std::size_t tool, const StepOptions& options,
-             const HandMapping& mapping);
+             const HandMapping& mapping, std::vector<RefineRule> refine = {});
 
-    /// The tool goes to the hand's proxy in a step of dt.
+    /// The tool goes to the hand's proxy in a step of dt. A body that leaves the numbers begins anew at rest;
+    /// the contact is then not a number either.
     LocalContact step(const HandState& hand);
 
+    const Body& body() const { return body_; }
+    const Loads& loads() const { return loads_; }
+    const Workspace& workspace() const { return workspace_; }
     const State& state() const { return state_; }
+    const HandMapping& mapping() const { return mapping_; }
     const Touch& touch() const { return touch_; }
     const Vector& force() const { return force_; }  ///< on the tool, mean over the last step [N], scene
     const Vector& tool_position() const { return position_; }  ///< [m], scene
     int resets() const { return resets_; }  ///< how often it left the numbers and began anew at rest
+    int refinements() const { return refiner_ ? refiner_->changes() : 0; }  ///< and undoings, so far
+    std::uint64_t mesh_version() const { return mesh_version_; }            ///< another one: another mesh
+    /// Why the mesh no longer follows the rules; empty: it does.
+    const std::string& refine_failure() const { return refine_failure_; }
 
   private:
-    const Body& body_;
+    void follow_rules();
+
+    Body body_;
     Loads& loads_;
     std::size_t tool_;
     StepOptions options_;
     HandMapping mapping_;
     Workspace workspace_;
     State state_;
+    std::optional<Refiner> refiner_;
+    std::uint64_t mesh_version_ = 0;
+    std::string refine_failure_;
     TouchFinder finder_;
     Touch touch_;
     Vector force_ = Vector::Zero(), position_ = Vector::Zero();

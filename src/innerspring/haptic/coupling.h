@@ -118,7 +118,7 @@ struct SafetyOptions {
     double heat_time = 10;     ///< of the motors [s]
     double rise = 0;           ///< of the force [N/s]; 0: to the peak in 20 ms
     double ramp = 0.5;         ///< from nothing to all at the start and after a fault [s]
-    double fade = 0.008;       ///< to nothing when the body stalls [s]
+    double fade = 0.005;       ///< to nothing when the body stalls, and back if it was for a moment [s]
     double body_power = 0.02;  ///< the body by itself does no more work on the hand than this [W]
 };
 

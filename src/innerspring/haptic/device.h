@@ -40,7 +40,7 @@ enum class DeviceFault { none, warning, lost };
 using ServoTick = bool (*)(void* context) noexcept;
 
 /// Something held in the hand that knows where it is and can push. The only base class of the project: who
-/// adds a device writes these functions (docs/haptic.md). read(), write() and fault() are the servo path:
+/// adds a device writes these functions (docs/haptics.md). read(), write() and fault() are the servo path:
 /// they neither allocate, lock, log nor throw.
 class Device {
   public:

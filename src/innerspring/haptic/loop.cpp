@@ -40,26 +40,53 @@ struct Turns {
     Servo& servo;
     const LoopOptions& options;
     LoopReport& report;
+    Clock::time_point start = Clock::now();
+    double body_start = body.state().time;
     Clock::time_point last{};  ///< body step
 
     const HandState& body_step() {
         servo.hands().update();
         const HandState& hand = servo.hands().latest();
         if (options.before_step) options.before_step(report.body_steps);
-        const auto start = Clock::now();
+        const auto begin = Clock::now();
         LocalContact contact = body.step(hand);
         // By the clock the next one comes when it comes; what the last took is the best guess.
         if (!options.lockstep) {
             if (report.body_steps > 0)
                 contact.period =
-                    std::clamp(std::chrono::duration<double>(start - last).count(), contact.period, 0.2);
-            last = start;
+                    std::clamp(std::chrono::duration<double>(begin - last).count(), contact.period, 0.2);
+            last = begin;
         }
         servo.contacts().send(contact);
-        report.body_work.add(std::uint64_t(since(start) * 1e9));
+        report.body_work.add(std::uint64_t(since(begin) * 1e9));
         ++report.body_steps;
         if (options.after_step) options.after_step(hand, body.touch());
+        if (options.progress) tell();
         return hand;
+    }
+
+    void tell() {
+        if (options.lockstep) {
+            if (report.body_steps % 20 != 0) return;
+            sum_up(servo.statistics(), since(start));
+        } else {
+            if (!servo.progress().update()) return;
+            sum_up(servo.progress().latest(), since(start));
+        }
+        options.progress(report);
+    }
+
+    void sum_up(const ServoStatistics& statistics, double seconds) {
+        report.servo = statistics;
+        report.seconds = seconds;
+        const double simulated = double(statistics.ticks) / options.servo.rate;
+        const double span = options.lockstep ? simulated : report.seconds;
+        report.rate_hz = span > 0 ? double(statistics.ticks) / span : 0;
+        report.body_steps_per_second = span > 0 ? double(report.body_steps) / span : 0;
+        report.body_time = body.state().time - body_start;
+        report.body_resets = body.resets();
+        report.vertices = body.body().vertices();
+        report.refinements = body.refinements();
     }
 };
 
@@ -67,7 +94,7 @@ bool asked_to_stop(const LoopOptions& options) {
     return options.stop && options.stop->load(std::memory_order_relaxed);
 }
 
-void run_lockstep(Turns turns, double dt, Recording* recording) {
+void run_lockstep(Turns& turns, double dt, Recording* recording) {
     const double ticks_per_step = dt * turns.options.servo.rate;
     const double last = turns.options.duration * turns.options.servo.rate;
     double due = 0;
@@ -101,18 +128,21 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
     report.device = device.info();
     report.gains = servo->gains();
     report.mapping = mapping;
-    Turns turns{body, *servo, options, report, {}};
-    const double body_start = body.state().time;
-    const auto start = Clock::now();
+    Turns turns{body, *servo, options, report};
+    Clock::time_point& start = turns.start;
+
+    double ended = 0;  // [s]
 
     if (options.lockstep) {
         run_lockstep(turns, dt, recording ? &*recording : nullptr);
+        ended = since(start);
         device.write(Vector::Zero());
     } else {
         ServoThread thread(device, *servo, options.realtime);
         std::optional<EmptyLoop> empty;
         if (options.empty_loop) empty.emplace(options.servo.rate, options.realtime);
         thread.start();
+        start = Clock::now();  // locking memory takes its time
         double next = 0, last_flush = 0, last_tick = 0;
         std::uint64_t tick = 0;
         std::optional<double> closed;  // when the device was last seen to be away
@@ -168,6 +198,7 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
             next = std::max(next + dt, since(start) - dt);
             sleep_until(start, next);
         }
+        ended = since(start);
         thread.stop();
         report.notes.insert(report.notes.end(), thread.notes().begin(), thread.notes().end());
         if (empty) {
@@ -175,18 +206,12 @@ LoopReport run_haptic(BodySide& body, double dt, const HandMapping& mapping, Dev
             report.has_empty = true;
         }
     }
-    report.seconds = since(start);
+    turns.sum_up(servo->statistics(), ended);
     if (recording) {
         recording->drain(true);
         report.lost_samples = recording->ring().dropped();
     }
-    report.servo = servo->statistics();
-    const double simulated = double(report.servo.ticks) / options.servo.rate;
-    const double span = options.lockstep ? simulated : report.seconds;
-    report.rate_hz = span > 0 ? double(report.servo.ticks) / span : 0;
-    report.body_steps_per_second = span > 0 ? double(report.body_steps) / span : 0;
-    report.body_time = body.state().time - body_start;
-    report.body_resets = body.resets();
+    if (!body.refine_failure().empty()) report.notes.push_back("refinement ended: " + body.refine_failure());
     return report;
 }
 

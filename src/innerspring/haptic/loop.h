@@ -21,6 +21,7 @@ struct LoopOptions {
     std::string record;       ///< a file for poses and forces; empty: none
     std::function<void(std::uint64_t)> before_step;  ///< of the body: its number
     std::function<void(const HandState&, const Touch&)> after_step;
+    std::function<void(const struct LoopReport&)> progress;  ///< about ten times a second, between body steps
     const std::atomic<bool>* stop = nullptr;
 };
 
@@ -36,6 +37,8 @@ struct LoopReport {
     double body_time = 0;  ///< [s] the body went on: less than `seconds` if it cannot keep up
     Histogram body_work;
     int body_resets = 0;
+    std::size_t vertices = 0;        ///< of the body, now
+    int refinements = 0;             ///< of its mesh, and undoings
     std::uint64_t missed_empty = 0;  ///< by the empty loop
     bool has_empty = false;
     std::uint64_t reopened = 0, lost_samples = 0;  ///< samples a recording had no room for

@@ -57,6 +57,8 @@ std::string to_json(const LoopReport& r) {
         {"body_time_s", r.body_time},
         {"body_work_ms", to_json(r.body_work)},
         {"body_resets", r.body_resets},
+        {"vertices", r.vertices},
+        {"refinements", r.refinements},
         {"lost_samples", r.lost_samples},
         {"notes", r.notes}};
     if (r.has_empty) json["missed_empty_loop"] = r.missed_empty;

@@ -3,112 +3,21 @@
 #include <fmt/format.h>
 
 #include <atomic>
-#include <chrono>
 #include <cmath>
-#include <cstdlib>
-#include <thread>
 
 #include "innerspring/haptic/hd_interface.h"
-
-#if defined(_WIN32)
-#include <windows.h>
-#else
-#include <dlfcn.h>
-#endif
+#include "innerspring/haptic/library.h"
 
 namespace innerspring {
-
-namespace hd {
-
-const char* describe(Error code) {
-    switch (code) {
-        case 0x0100:
-            return "invalid enum";
-        case 0x0101:
-            return "invalid value";
-        case 0x0102:
-            return "invalid operation";
-        case 0x0103:
-            return "invalid input type";
-        case 0x0104:
-            return "bad handle";
-        case 0x0200:
-            return "warm motors";
-        case 0x0201:
-            return "exceeded maximal force";
-        case 0x0202:
-            return "exceeded maximal force impulse";
-        case 0x0203:
-            return "exceeded maximal velocity";
-        case 0x0204:
-            return "force error";
-        case 0x0300:
-            return "device fault";
-        case 0x0301:
-            return "device already initiated";
-        case 0x0302:
-            return "communication error";
-        case 0x0303:
-            return "communication configuration error";
-        case 0x0304:
-            return "timer error";
-        case 0x0400:
-            return "illegal begin of a frame";
-        case 0x0401:
-            return "illegal end of a frame";
-        case 0x0402:
-            return "frame error";
-        case 0x0500:
-            return "invalid priority";
-        case 0x0501:
-            return "scheduler full";
-        case 0x0600:
-            return "invalid license";
-        default:
-            return "unknown error";
-    }
-}
-
-}  // namespace hd
 
 namespace {
 
 #if defined(_WIN32)
 constexpr const char* library_names[] = {"hd.dll"};
-void* load(const char* name) {
-    return reinterpret_cast<void*>(LoadLibraryA(name));
-}
-void* symbol(void* library, const char* name) {
-    return reinterpret_cast<void*>(GetProcAddress(static_cast<HMODULE>(library), name));
-}
-void unload(void* library) {
-    FreeLibrary(static_cast<HMODULE>(library));
-}
-std::string why() {
-    return fmt::format("error {}", GetLastError());
-}
-constexpr const char* search_path = "the program's folder and PATH";
-#else
-#if defined(__APPLE__)
+#elif defined(__APPLE__)
 constexpr const char* library_names[] = {"/Library/Frameworks/HD.framework/HD", "libHD.dylib"};
-constexpr const char* search_path = "/Library/Frameworks and DYLD_LIBRARY_PATH";
 #else
 constexpr const char* library_names[] = {"libHD.so", "libHD.so.3", "libHD.so.3.4"};
-constexpr const char* search_path = "LD_LIBRARY_PATH and the system's library folders (ldconfig)";
-#endif
-void* load(const char* name) {
-    return dlopen(name, RTLD_NOW | RTLD_LOCAL);
-}
-void* symbol(void* library, const char* name) {
-    return dlsym(library, name);
-}
-void unload(void* library) {
-    dlclose(library);
-}
-std::string why() {
-    const char* text = dlerror();
-    return text ? text : "no reason given";
-}
 #endif
 
 constexpr double mm = 1e-3;  // in metres
@@ -116,10 +25,7 @@ constexpr double mm = 1e-3;  // in metres
 class OpenHaptics final : public Device {
   public:
     explicit OpenHaptics(const OpenHapticsOptions& options) : options_(options) {}
-    ~OpenHaptics() override {
-        close();
-        if (library_) unload(library_);
-    }
+    ~OpenHaptics() override { close(); }
 
     void open() override {
         if (open_) return;
@@ -287,38 +193,12 @@ class OpenHaptics final : public Device {
     }
 
     void load_library() {
-        if (library_) return;
-        std::string tried, reason;
-        const auto try_one = [&](const char* name) {
-            library_ = load(name);
-            if (!library_) {
-                tried += (tried.empty() ? "" : ", ") + std::string(name);
-                reason = why();
-            }
-        };
-        if (!options_.library.empty()) {
-            try_one(options_.library.c_str());
-        } else {
-            for (const char* name : library_names)
-                if (!library_) try_one(name);
-        }
-        if (!library_)
-            throw DeviceError(
-                fmt::format("OpenHaptics: its library is not there: looked for {} in {} ({}); install the "
-                            "vendor's driver and SDK, or name the library with --library",
-                            tried, options_.library.empty() ? search_path : "that place", reason));
-        const char* missing = nullptr;
-#define INNERSPRING_HD_LOAD(result, name, arguments)                               \
-    hd_.name = reinterpret_cast<decltype(hd_.name)>(symbol(library_, "hd" #name)); \
-    if (!hd_.name && !missing) missing = "hd" #name;
+        if (library_.loaded()) return;
+        library_.load(options_.library, library_names,
+                      "install the vendor's driver and SDK, or name the library with --library");
+#define INNERSPRING_HD_LOAD(result, name, arguments) library_.bind(hd_.name, "hd" #name);
         INNERSPRING_HD_FUNCTIONS(INNERSPRING_HD_LOAD)
 #undef INNERSPRING_HD_LOAD
-        if (missing) {
-            unload(library_);
-            library_ = nullptr;
-            throw DeviceError(
-                fmt::format("OpenHaptics: the library has no {}; is it that of OpenHaptics 3?", missing));
-        }
     }
 
     void describe() {
@@ -331,7 +211,7 @@ class OpenHaptics final : public Device {
         info_.workspace = {mm * Vector(box[0], box[1], box[2]), mm * Vector(box[3], box[4], box[5])};
         get(hd::nominal_max_force, &info_.max_force, "HD_NOMINAL_MAX_FORCE");
         get(hd::nominal_max_continuous_force, &info_.max_continuous_force, "HD_NOMINAL_MAX_CONTINUOUS_FORCE");
-        double stiffness = 0;  // N/mm is 0 to 1 per unit in some drivers; see docs/haptic.md
+        double stiffness = 0;  // N/mm is 0 to 1 per unit in some drivers; see docs/haptics.md
         get(hd::nominal_max_stiffness, &stiffness, "HD_NOMINAL_MAX_STIFFNESS");
         info_.max_stiffness = stiffness < 10 ? stiffness * 1000 : stiffness;
         double damping = 0;
@@ -377,7 +257,7 @@ class OpenHaptics final : public Device {
     }
 
     OpenHapticsOptions options_;
-    void* library_ = nullptr;
+    VendorLibrary library_{"OpenHaptics"};
     hd::Functions hd_;
     DeviceInfo info_;
     hd::Handle handle_ = hd::invalid_handle;

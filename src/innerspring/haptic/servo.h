@@ -12,7 +12,9 @@ struct ServoOptions {
     double stiffness = 0;    ///< of the coupling [N/m]; 0: what is passive (coupling.h)
     double damping = -1;     ///< of the coupling [N s/m]; negative: the same
     bool controller = true;  ///< passivity controller; off only for experiments
-    double stall = 0.02;  ///< without a body step for longer than this, and than 2.5 of its periods, fade [s]
+    /// The watchdog acts where a body step comes later than after twice its usual period, which is measured,
+    /// but not before this [s].
+    double stall = 0.005;
     SafetyOptions safety;
 };
 
@@ -26,7 +28,7 @@ struct ServoStatistics {
     std::uint64_t clamped = 0;  ///< forces made smaller by the guard after the first ramp
     std::uint64_t braked = 0;   ///< by the passivity controller
     std::uint64_t faults = 0;   ///< from well to not well
-    std::uint64_t stalls = 0;   ///< of the body
+    std::uint64_t stalls = 0;   ///< of the body, where the watchdog acted
     double force_max = 0;       ///< [N]
     double observer_least = 0, observer_total = 0, observer_lent = 0;  ///< [J]
     double stiffness_max = 0;                                          ///< felt [N/m]
@@ -62,6 +64,9 @@ class Servo {
     Mailbox<LocalContact>& contacts() { return contacts_; }  ///< the body writes
     Mailbox<HandState>& hands() { return hands_; }           ///< the body reads
     ServoStatistics& statistics() { return statistics_; }
+    Mailbox<ServoStatistics>& progress() {
+        return progress_;
+    }  ///< its thread writes, about ten times a second
     const CouplingGains& gains() const { return gains_; }
     const ServoOptions& options() const { return options_; }
     const SafetyOptions& safety() const { return guard_.options(); }
@@ -83,10 +88,15 @@ class Servo {
     PassivityObserver observer_;
     Mailbox<LocalContact> contacts_;
     Mailbox<HandState> hands_;
+    Mailbox<ServoStatistics> progress_;
     ServoStatistics statistics_;
     HandState hand_;
     ServoHealth health_ = ServoHealth::good;
+    bool late(const LocalContact& contact, bool news) noexcept;
+
     std::uint64_t since_contact_ = 0;  ///< ticks
+    double usual_ = 0;                 ///< mean period of the body's last 16 steps or so [s]
+    int steps_ = 0;                    ///< in that mean
     double fade_ = 1;
     Vector last_proxy_ = Vector::Zero();
     std::uint64_t ramped_ = 0;  ///< ticks since the last restart

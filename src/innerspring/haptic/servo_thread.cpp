@@ -41,7 +41,10 @@ std::string ask_for_realtime() noexcept {
 }
 
 ServoThread::ServoThread(Device& device, Servo& servo, bool realtime)
-    : device_(device), servo_(servo), realtime_(realtime) {
+    : device_(device),
+      servo_(servo),
+      realtime_(realtime),
+      told_every_(std::uint64_t(std::ceil(servo.options().rate / 10))) {
     if (!realtime) return;
 #if defined(__linux__)
     // What is there now; later pages too where the limit allows it.
@@ -79,6 +82,7 @@ bool ServoThread::tick() noexcept {
     const bool more = servo_.tick();
     work_ = std::uint64_t((Clock::now() - woken).count());
     s.work.add(work_);
+    if (s.ticks % told_every_ == 0) servo_.progress().send(s);
     return more;
 }
 

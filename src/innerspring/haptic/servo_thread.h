@@ -36,6 +36,7 @@ class ServoThread {
     Device& device_;
     Servo& servo_;
     bool realtime_;
+    std::uint64_t told_every_;  ///< periods between reports of progress
     std::thread thread_;
     std::atomic<bool> quit_{false};
     bool running_ = false, by_device_ = false, locked_ = false;

@@ -1,5 +1,6 @@
 #include "innerspring/haptic/touch.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "innerspring/sim/forces.h"
@@ -58,6 +59,16 @@ void TouchFinder::relax() {
                 sum += entries_[e].second * u_[entries_[e].first];
             u_[p] += over * (sum / diagonal_[p] - u_[p]);
         }
+}
+
+void TouchFinder::adapt(const Transfer& transfer) {
+    std::erase_if(pressed_, [&](const Pressed& p) {
+        return std::ranges::any_of(transfer.surface.retired,
+                                   [&](const auto& gone) { return gone.vertex == p.vertex; });
+    });
+    for (const auto& [from, to] : transfer.body.moved)
+        for (Pressed& p : pressed_)
+            if (p.vertex == from) p.vertex = to;
 }
 
 Touch TouchFinder::find(const Body& body, const State& state, const ContactReport& report, const Tool& tool,

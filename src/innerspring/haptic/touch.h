@@ -1,5 +1,6 @@
 #pragma once
 #include "innerspring/haptic/coupling.h"
+#include "innerspring/sim/refine.h"
 #include "innerspring/sim/state.h"
 #include "innerspring/sim/step.h"
 
@@ -36,6 +37,8 @@ class TouchFinder {
     static constexpr std::size_t most = 500;  ///< neighbours
     Touch find(const Body& body, const State& state, const ContactReport& report, const Tool& tool,
                std::size_t index, const Vector& gravity = Vector::Zero());
+    /// Keeps what is remembered of the vertices that are still there.
+    void adapt(const Transfer& transfer);
 
   private:
     void gather(const Body& body, const State& state, const Vector& n);

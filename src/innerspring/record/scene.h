@@ -65,7 +65,8 @@ struct SceneTool {
 /// How the body is felt: the [haptic] table. The tool in the hand is the first [[tool]], wherever it says it
 /// is.
 struct SceneHaptic {
-    std::string device = "simulated";  ///< device: "simulated", "openhaptics" or "replay:FILE"
+    std::string device = "simulated";  ///< device: "simulated", "openhaptics", "forcedimension",
+                                       ///< "spacenavigator", "mouse" or "replay:FILE"
     double rate = 1000;                ///< rate_hz of the servo, 30 to 4000
     double body_rate = 200;            ///< body_rate_hz: steps of the body
     double metres = 0;       ///< workspace_scale: metres of the scene per metre of the hand; 0: auto

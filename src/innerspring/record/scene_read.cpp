@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -162,10 +163,13 @@ SceneTool read_tool(const Table& t) {
 SceneHaptic read_haptic(const Table& t) {
     SceneHaptic h;
     t.read("device", h.device);
-    if (h.device != "simulated" && h.device != "openhaptics" &&
+    constexpr std::string_view devices[] = {"simulated", "openhaptics", "forcedimension", "spacenavigator",
+                                            "mouse"};
+    if (std::ranges::find(devices, h.device) == std::end(devices) &&
         !(h.device.starts_with("replay:") && h.device.size() > 7 && h.device.find('\0') == std::string::npos))
-        t.refuse("device",
-                 fmt::format("is '{}'; it must be simulated, openhaptics or replay:FILE", shown(h.device)));
+        t.refuse("device", fmt::format("is '{}'; it must be simulated, openhaptics, forcedimension, "
+                                       "spacenavigator, mouse or replay:FILE",
+                                       shown(h.device)));
     t.read("rate_hz", h.rate, Range::positive);
     if (!(h.rate >= 30 && h.rate <= 4000))
         t.refuse("rate_hz", fmt::format("is {}; it must be 30 to 4000", h.rate));
