@@ -39,7 +39,10 @@ TEST(TruthSphere, ModesAreInEquilibrium) {
                 const double h = 1e-3;
                 Vector divergence = Vector::Zero();
                 for (int j = 0; j < 3; ++j)
-                    divergence += (stress(s, x + h * Vector::Unit(j), h) - stress(s, x - h * Vector::Unit(j), h)).col(j) / (2 * h);
+                    divergence +=
+                        (stress(s, x + h * Vector::Unit(j), h) - stress(s, x - h * Vector::Unit(j), h))
+                            .col(j) /
+                        (2 * h);
                 EXPECT_LT(divergence.norm(), 2e-4 * (1 + n * n)) << "n " << n << " nu " << nu;
             }
         }
@@ -76,7 +79,8 @@ TEST(TruthSphere, SqueezeMeetsTheTable) {
     struct Line {
         double alpha, pole, equator;
     };
-    for (const Line& line : {Line{0.1, 4.64, 0.207}, {0.2, 2.245, 0.2064}, {0.3, 1.445, 0.2053}, {0.5, 0.796, 0.2015}}) {
+    for (const Line& line :
+         {Line{0.1, 4.64, 0.207}, {0.2, 2.245, 0.2064}, {0.3, 1.445, 0.2053}, {0.5, 0.796, 0.2015}}) {
         const double R = 3, E = 20, F = 7;
         const SphereSolution s = squeezed_sphere(line.alpha, F, R, E, 0.5, axis);
         EXPECT_NEAR(-s.at(R * axis).dot(axis) * E * R / F, line.pole, 2e-3 * line.pole);

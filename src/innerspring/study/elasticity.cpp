@@ -77,6 +77,20 @@ Matrix cross_matrix(const Vector& r) {
     return X;
 }
 
+/// Three translations and three rotations, orthonormal.
+Eigen::Matrix<double, Eigen::Dynamic, 6> rigid_motions(const std::vector<Vector>& x) {
+    Vector mean = Vector::Zero();
+    for (const Vector& p : x) mean += p / double(x.size());
+    Eigen::Matrix<double, Eigen::Dynamic, 6> R(3 * std::ptrdiff_t(x.size()), 6);
+    for (std::size_t i = 0; i < x.size(); ++i)
+        R.middleRows<3>(3 * std::ptrdiff_t(i)) << Matrix::Identity(), cross_matrix(x[i] - mean);
+    for (int k = 0; k < 6; ++k) {  // Gram and Schmidt
+        for (int j = 0; j < k; ++j) R.col(k) -= R.col(j) * R.col(j).dot(R.col(k));
+        R.col(k).normalize();
+    }
+    return R;
+}
+
 }  // namespace
 
 QuadraticMesh quadratic(const TetMesh& mesh) {
@@ -154,17 +168,27 @@ class Laplacians {
     Laplacians& factorize(const Matrix& K) {
         return compute(K);
     }
-    Eigen::VectorXd solve(const Eigen::VectorXd& b) const {
+    /// An orthonormal basis of the rigid motions where nothing is held, else empty: they are kept out of what
+    /// comes and goes, where rounding would let them grow.
+    Eigen::Matrix<double, Eigen::Dynamic, 6> rigid;
+
+    Eigen::VectorXd solve(const Eigen::VectorXd& residual) const {
+        const Eigen::VectorXd b = without_rigid(residual);
         using Axes = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
         const Eigen::Matrix<double, Eigen::Dynamic, 3> x =
             factor_.solve(Eigen::Map<const Axes>(b.data(), b.size() / 3, 3));
         Eigen::VectorXd z(b.size());
         Eigen::Map<Axes>(z.data(), x.rows(), 3) = x;
-        return z;
+        return without_rigid(std::move(z));
     }
     Eigen::ComputationInfo info() const { return factor_.info(); }
 
   private:
+    Eigen::VectorXd without_rigid(Eigen::VectorXd v) const {
+        if (rigid.rows() == v.size()) v -= rigid * (rigid.transpose() * v).eval();
+        return v;
+    }
+
     Eigen::SimplicialLDLT<Sparse, Eigen::Lower> factor_;
 };
 
@@ -221,8 +245,9 @@ ElasticSolid::ElasticSolid(QuadraticMesh mesh, const ElasticMaterial& m, std::ve
         }
     solver_->K.resize(3 * int(unknowns), 3 * int(unknowns));
     solver_->K.setFromTriplets(entries.begin(), entries.end());
-    solver_->cg.setTolerance(1e-10);
+    solver_->cg.setTolerance(1e-12);
     solver_->cg.setMaxIterations(5000);
+    if (floating_) solver_->cg.preconditioner().rigid = rigid_motions(mesh_.nodes);
     if (unknowns > 0) solver_->cg.compute(solver_->K);
 }
 

@@ -364,7 +364,7 @@ TruthResults run_truth(const Scene& scene, const TruthRun& run) {
     } else {
         LoadedMesh loaded = load_mesh(scene.mesh, scene.unit, scene.normalize, scene.weld);
         results.warnings = std::move(loaded.notes);
-        std::string name = loaded.mesh.name;
+        std::string name = std::filesystem::path(loaded.mesh.name).filename().string();
         works.push_back(mesh_work(o, scene, std::move(loaded.mesh), std::move(name)));
     }
     if (o.series) {

@@ -148,8 +148,7 @@ void add_loads_of(TruthSubject& s, const Vector& gravity, int count, double radi
     for (const Index i : spread_vertices(s.mesh, away, std::size_t(count)))
         if (i != top && places.size() < std::size_t(count)) places.push_back(i);
 
-    std::vector<Vector> inward = vertex_normals(s.mesh.positions, s.mesh.triangles);
-    for (Vector& n : inward) n = -n;
+    const std::vector<Vector> normals = vertex_normals(s.mesh.positions, s.mesh.triangles);
     for (std::size_t n = 0; n < places.size(); ++n)
         for (const double r : {radius, radius / 2}) {
             const Vector middle = s.mesh.positions[places[n]];
@@ -157,7 +156,7 @@ void add_loads_of(TruthSubject& s, const Vector& gravity, int count, double radi
             std::vector<bool> touched(pressure.size(), false);
             for (const Index i : vertices_around(body, places[n], r)) {
                 const double d2 = (s.mesh.positions[i] - middle).squaredNorm() / (r * r);
-                pressure[i] = (1 - d2) * (1 - d2) * inward[i];
+                pressure[i] = -(1 - d2) * (1 - d2) * normals[places[n]];
                 touched[i] = true;
             }
             TruthLoad load{fmt::format("patch {} of {:.2g} R", n + 1, r / s.radius),

@@ -23,8 +23,9 @@ TruthSubject make_subject(SurfaceMesh mesh, const Material& material, const Cent
 /// whole triangle.
 void hold_base(TruthSubject& subject, const Vector& gravity, double share);
 
-/// Gravity of 1 m/s^2, and inward pressure (1 - (d/r)^2)^2 of 1 N in all around `count` vertices away from
-/// what is held: the highest, then spread over the surface; within `radius` [m] and within half of it.
+/// Gravity of 1 m/s^2, and tractions (1 - (d/r)^2)^2 of 1 N in all against the normal of each of `count`
+/// vertices (as patch_force has them): the highest, then others away from what is held, spread over the
+/// surface; within `radius` [m] and within half of it.
 void add_loads_of(TruthSubject& subject, const Vector& gravity, int count, double radius);
 
 /// The load times a factor.
