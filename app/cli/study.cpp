@@ -27,7 +27,7 @@ struct Arguments {
     BodyArguments body;
     OutputOptions output;
     std::string directory;
-    std::optional<int> vertices, forces, levels, threads;
+    std::optional<int> vertices, forces, levels, threads, tetrahedra;
     std::optional<double> radius, nu;
     bool quick = false, resume = false;
 };
@@ -112,6 +112,7 @@ int run_truth(const Arguments& a) {
         study.options.sphere_vertices = 2562;
     if (a.vertices) study.options.patches = *a.vertices;
     if (a.radius) study.options.patch_share = *a.radius;
+    if (a.tetrahedra) study.options.tetrahedra = *a.tetrahedra;
     if (a.nu) study.options.sphere_poisson = study.options.element_poisson = *a.nu;
     if (a.threads) study.threads = *a.threads;
     scene = scene_from_text(to_toml(scene), "command line");
@@ -138,7 +139,7 @@ int run(const Arguments& a) {
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
     if (a.study == "truth") return run_truth(a);
-    if (a.nu) throw InputError("--nu belongs to study truth");
+    if (a.nu || a.tetrahedra) throw InputError("--nu and --tetrahedra belong to study truth");
     StudyRun study;
     study.kind = parse_study(a.study);
     Scene scene;
@@ -210,8 +211,12 @@ Command add_study(CLI::App& program) {
                     "series, 0.49 for "
                     "the elements)")
         ->type_name("NU");
+    app->add_option(
+           "--tetrahedra", a->tetrahedra,
+           "truth: about so many elements at least in each mesh (default: as few as keep their shape)")
+        ->type_name("N");
     app->add_flag("--quick", a->quick,
-                  "4 vertices, 4 forces, 1 level, and a sphere of 350 vertices unless MESH is given");
+                  "4 vertices (truth: 1), 4 forces, 1 level, and shapes of 350 vertices unless MESH is given");
     app->add_option("--threads", a->threads,
                     "threads, 0 for all cores; the results do not depend on it (default 0)")
         ->type_name("N");

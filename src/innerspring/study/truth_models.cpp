@@ -63,7 +63,7 @@ std::vector<Vector> nodal_forces(const TruthSubject& subject, const TruthLoad& l
 namespace {
 
 ElasticSolid solid_of(const TruthSubject& s) {
-    QuadraticMesh mesh = quadratic(fill_with_tetrahedra(s.mesh));
+    QuadraticMesh mesh = quadratic(fill_with_tetrahedra(s.mesh, s.filling));
     std::vector<bool> held = held_nodes(mesh, s.held);
     return ElasticSolid(std::move(mesh), {s.material.young, s.poisson}, std::move(held));
 }

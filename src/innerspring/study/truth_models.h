@@ -29,6 +29,7 @@ struct TruthSubject {
     std::vector<Index> held;        ///< vertices that do not move
     Vector axis = Vector::UnitZ();  ///< of a sphere's loads
     std::vector<TruthLoad> loads;
+    TetrahedraOptions filling;  ///< of the elements
 };
 
 /// Displacement of every vertex [m]; `note` says what went wrong, if anything did.
