@@ -215,8 +215,9 @@ Command add_study(CLI::App& program) {
            "--tetrahedra", a->tetrahedra,
            "truth: about so many elements at least in each mesh (default: as few as keep their shape)")
         ->type_name("N");
-    app->add_flag("--quick", a->quick,
-                  "4 vertices (truth: 1), 4 forces, 1 level, and shapes of 350 vertices unless MESH is given");
+    app->add_flag(
+        "--quick", a->quick,
+        "4 vertices (truth: 1), 4 forces, 1 level, and shapes of 350 vertices unless MESH is given");
     app->add_option("--threads", a->threads,
                     "threads, 0 for all cores; the results do not depend on it (default 0)")
         ->type_name("N");
