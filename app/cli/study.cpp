@@ -211,9 +211,9 @@ Command add_study(CLI::App& program) {
                     "series, 0.49 for "
                     "the elements)")
         ->type_name("NU");
-    app->add_option(
-           "--tetrahedra", a->tetrahedra,
-           "truth: about so many elements at least in each mesh (default: as few as keep their shape)")
+    app->add_option("--tetrahedra", a->tetrahedra,
+                    "truth: at least so many elements in each mesh, up to some 3 times (default: as few as "
+                    "keep their shape)")
         ->type_name("N");
     app->add_flag(
         "--quick", a->quick,
