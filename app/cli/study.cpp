@@ -11,7 +11,9 @@
 #include <memory>
 
 #include "commands.h"
+#include "innerspring/mesh/error.h"
 #include "innerspring/mesh/shapes.h"
+#include "innerspring/study/truth.h"
 #include "options.h"
 
 using namespace innerspring;
@@ -25,8 +27,8 @@ struct Arguments {
     BodyArguments body;
     OutputOptions output;
     std::string directory;
-    std::optional<int> vertices, forces, levels, threads;
-    std::optional<double> radius;
+    std::optional<int> vertices, forces, levels, threads, tetrahedra;
+    std::optional<double> radius, nu;
     bool quick = false, resume = false;
 };
 
@@ -51,13 +53,13 @@ std::string quoted(const std::string& word) {
 
 /// Mesh and options as given, but for where the results go and how they are made.
 std::string arguments(const Arguments& a, const std::string& mesh) {
-    std::string text = quoted(mesh);
+    std::string text = mesh.empty() ? "" : quoted(mesh);
     for (const CLI::Option* option : a.app->get_options()) {
         if (option->count() == 0 || option->get_positional()) continue;
         const std::string name = option->get_lnames().front();
         if (name == "output" || name == "threads" || name == "resume" || name == "json" || name == "quiet")
             continue;
-        text += " --" + name;
+        text += (text.empty() ? "--" : " --") + name;
         if (option->get_items_expected() > 0) text += " " + quoted(option->results().front());
     }
     return text;
@@ -76,7 +78,68 @@ void print(const StudyResults& r, const std::string& directory) {
     fmt::print("\nreport {0}/report.html, numbers {0}/summary.json\n", directory);
 }
 
+void print(const TruthResults& r, const std::string& directory) {
+    for (const TruthSubjectInfo& s : r.subjects) {
+        fmt::print("{}: {} vertices, {} held; by {}, nu = {:g}\n", s.name, s.vertices, s.held, s.reference,
+                   s.poisson);
+        fmt::print("  {:<18} {:<9} {:>8} {:>10} {:>6} {:>6} {:>7}\n", "load", "model", "L2 error",
+                   "peak error", "peak", "work", "volume");
+        for (const TruthRow& row : r.rows)
+            if (row.subject == s.name)
+                fmt::print("  {:<18} {:<9} {:8.3f} {:10.3f} {:6.3f} {:6.3f} {:+7.3f}\n", row.load, row.model,
+                           row.l2_error, row.peak_error, row.peak_ratio, row.work_ratio, row.swept_share);
+    }
+    fmt::print(
+        "\npeak, work: over the reference's; 1 is right, 2 twice as soft. volume: gained or lost, of what "
+        "the reference "
+        "sweeps\nreport {0}/report.html, numbers {0}/summary.json\n",
+        directory);
+}
+
+int run_truth(const Arguments& a) {
+    if (a.forces || a.levels)
+        throw InputError("study truth: --forces and --levels belong to the other studies");
+    TruthRun study;
+    Scene scene;
+    study.default_mesh = a.mesh.mesh.empty();
+    study.options.series = study.default_mesh;
+    if (!study.default_mesh) scene.mesh = a.mesh.mesh;
+    study.arguments = arguments(a, study.default_mesh ? "" : scene.mesh);
+    apply(a.mesh, scene);
+    apply(a.body, scene);
+    if (a.quick)
+        study.options.patches = 1, study.default_vertices = 350, study.options.check_vertices = 362,
+        study.options.sphere_vertices = 2562;
+    if (a.vertices) study.options.patches = *a.vertices;
+    if (a.radius) study.options.patch_share = *a.radius;
+    if (a.tetrahedra) study.options.tetrahedra = *a.tetrahedra;
+    if (a.nu) study.options.sphere_poisson = study.options.element_poisson = *a.nu;
+    if (a.threads) study.threads = *a.threads;
+    scene = scene_from_text(to_toml(scene), "command line");
+    study.directory = a.directory;
+    study.resume = a.resume;
+    study.stop = &interrupted;
+    const bool terminal = !a.output.quiet && isatty(STDERR_FILENO) == 1;
+    if (terminal) study.progress = show;
+    const TruthResults results = run_truth(scene, study);
+    if (terminal) fmt::print(stderr, "\r{:60}\r", "");
+    print_notes(results.warnings, a.output.quiet);
+    if (results.stopped) {
+        fmt::print(stderr, "innerspring: interrupted; go on with --resume\n");
+        return 1;
+    }
+    if (a.output.json)
+        fmt::print("{}", to_json(results));
+    else
+        print(results, a.directory);
+    return 0;
+}
+
 int run(const Arguments& a) {
+    std::signal(SIGINT, [](int) { interrupted = true; });
+    std::signal(SIGTERM, [](int) { interrupted = true; });
+    if (a.study == "truth") return run_truth(a);
+    if (a.nu || a.tetrahedra) throw InputError("--nu and --tetrahedra belong to study truth");
     StudyRun study;
     study.kind = parse_study(a.study);
     Scene scene;
@@ -96,8 +159,6 @@ int run(const Arguments& a) {
     // What the options say must hold as much as what a file says.
     scene = scene_from_text(to_toml(scene), "command line");
 
-    std::signal(SIGINT, [](int) { interrupted = true; });
-    std::signal(SIGTERM, [](int) { interrupted = true; });
     study.directory = a.directory;
     study.resume = a.resume;
     study.stop = &interrupted;
@@ -127,23 +188,36 @@ Command add_study(CLI::App& program) {
     app->add_option(
            "study", a->study,
            "refinement: the same force before and after (Fig. 6); gravity: Figs. 7 and 8; force: volume over "
-           "force (Fig. 9); all")
+           "force (Fig. 9); all: these three; truth: against linear elasticity (needs tetgen)")
         ->required()
-        ->type_name("refinement|gravity|force|all");
-    add_mesh_options(*app, a->mesh, "closed surface (default sphere:vertices=1000)");
+        ->type_name("refinement|gravity|force|all|truth");
+    add_mesh_options(*app, a->mesh,
+                     "closed surface (default sphere:vertices=1000; truth: sphere, ellipsoid and capsule, "
+                     "and the sphere's series)");
     app->get_option("mesh")->required(false);
     app->add_option("-o,--output", a->directory, "folder for the results")->required()->type_name("DIR");
     add_body_options(*app, a->body);
     app->remove_option(app->get_option("--scheme"));  // a study compares them
-    app->add_option("--vertices", a->vertices, "loaded vertices, spread over the surface (default 12)")
+    app->add_option("--vertices", a->vertices,
+                    "loaded vertices, spread over the surface (default 12; truth 3)")
         ->type_name("N");
     app->add_option("--forces", a->forces, "forces, F/(E R^2) from 1e-4 to 1e-1 (default 8)")->type_name("N");
     app->add_option("--levels", a->levels, "levels of refinement, each alone (default 2)")->type_name("N");
     app->add_option("--radius", a->radius,
                     "radius of influence of a patch load, as a share of R (default 0.4)")
         ->type_name("SHARE");
-    app->add_flag("--quick", a->quick,
-                  "4 vertices, 4 forces, 1 level, and a sphere of 350 vertices unless MESH is given");
+    app->add_option("--nu", a->nu,
+                    "truth: Poisson's ratio of the linear solid, 0 to 0.495 (default 0.5 for the sphere's "
+                    "series, 0.49 for "
+                    "the elements)")
+        ->type_name("NU");
+    app->add_option("--tetrahedra", a->tetrahedra,
+                    "truth: at least so many elements in each mesh, up to some 3 times (default: as few as "
+                    "keep their shape)")
+        ->type_name("N");
+    app->add_flag(
+        "--quick", a->quick,
+        "4 vertices (truth: 1), 4 forces, 1 level, and shapes of 350 vertices unless MESH is given");
     app->add_option("--threads", a->threads,
                     "threads, 0 for all cores; the results do not depend on it (default 0)")
         ->type_name("N");

@@ -226,7 +226,10 @@ TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
     EXPECT_EQ(again["rows"], all["force"]["rows"]);
     expect_refused("study all sphere:vertices=160 --quick --vertices 2 --resume " + out,
                    "cases of another study");
-    expect_refused("study al " + out, "expected refinement, gravity, force or all");
+    expect_refused("study al " + out, "expected refinement, gravity, force, all or truth");
+    expect_refused("study truth --levels 2 " + out, "--forces and --levels belong to the other studies");
+    expect_refused("study gravity --nu 0.3 " + out, "--nu and --tetrahedra belong to study truth");
+    expect_refused("study truth --nu 0.5 " + out, "from 0 to 0.495");
     expect_refused("study all sphere --scheme B " + out, "--scheme");
 }
 

@@ -1,31 +1,21 @@
 #include "innerspring/record/plot.h"
 
 #include <fmt/core.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstring>
 #include <exception>
-#include <memory>
 #include <string_view>
 
 #include "innerspring/mesh/write.h"
+#include "innerspring/record/program.h"
 #include "innerspring/record/xml.h"
-
-extern char** environ;
 
 namespace innerspring {
 namespace {
 
-constexpr auto patience = std::chrono::seconds(20);
+constexpr int patience_s = 20;
 
 // Okabe and Ito's colours, told apart by colour-blind eyes as well (their yellow is too faint on white).
 constexpr std::array colours = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000"};
@@ -124,70 +114,14 @@ std::string script_of(const Plot& plot, const Format& format) {
     return script + commands + "\n";
 }
 
-using File = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
-
-std::string text_of(std::FILE* file) {
-    std::string text;
-    std::array<char, 65536> buffer;
-    std::rewind(file);
-    while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), file))
-        text.append(buffer.data(), n);
-    return text;
-}
-
-// The last line that says something, for an error of one line: gnuplot's reason follows the command.
-std::string last_line(const std::string& text) {
-    const std::size_t end = text.find_last_not_of(" \t\r\n");
-    if (end == std::string::npos) return "no reason given";
-    const std::size_t before = text.find_last_of("\r\n", end),
-                      begin = text.find_first_not_of(" \t", before + 1);
-    return clean_text(std::string_view(text).substr(begin, end + 1 - begin));
-}
-
-bool ended(pid_t child, int& status) {
-    const pid_t pid = waitpid(child, &status, WNOHANG);
-    return pid == child || (pid < 0 && errno != EINTR);  // ECHILD: the host program ignores SIGCHLD
-}
-
 // Runs gnuplot on the script; `end` is in the last bytes of a whole picture. Returns why it failed, or an
-// empty string. Input and output are unnamed temporary files, not pipes: nothing can block, and no SIGPIPE
-// can come.
+// empty string. "-d": no start-up file of the user.
 std::string run_gnuplot(const std::string& script, std::string_view end, std::string& picture) {
-    std::array<File, 3> files = {File(std::tmpfile(), std::fclose), File(std::tmpfile(), std::fclose),
-                                 File(std::tmpfile(), std::fclose)};
-    for (const File& file : files)
-        if (!file) return fmt::format("no temporary file: {}", std::strerror(errno));
-    if (std::fwrite(script.data(), 1, script.size(), files[0].get()) != script.size() ||
-        std::fflush(files[0].get()) != 0)
-        return fmt::format("temporary file: {}", std::strerror(errno));
-    std::rewind(files[0].get());
-
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    for (int i = 0; i < 3; ++i) posix_spawn_file_actions_adddup2(&actions, fileno(files[i].get()), i);
-    std::array<char, 8> program = {"gnuplot"};
-    std::array<char, 3> defaults = {"-d"};  // no start-up file of the user
-    const std::array<char*, 3> arguments = {program.data(), defaults.data(), nullptr};
-    pid_t child = 0;
-    const int error = posix_spawnp(&child, program.data(), &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    if (error == ENOENT) return "gnuplot is not installed";
-    if (error != 0) return fmt::format("cannot run gnuplot: {}", std::strerror(error));
-
-    int status = 0;
-    const auto deadline = std::chrono::steady_clock::now() + patience;
-    while (!ended(child, status)) {
-        if (std::chrono::steady_clock::now() > deadline) {
-            kill(child, SIGKILL);
-            waitpid(child, &status, 0);
-            return fmt::format("gnuplot took longer than {} s", patience.count());
-        }
-        usleep(2000);
-    }
-    picture = text_of(files[1].get());
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 127 && picture.empty()) return "gnuplot is not installed";
-    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || picture.rfind(end) == std::string::npos)
-        return "gnuplot failed: " + last_line(text_of(files[2].get()));
+    ProgramOutput output = run_program({"gnuplot", "-d"}, script, patience_s);
+    if (!output.failure.empty()) return output.failure;
+    picture = std::move(output.out);
+    if (output.status != 0 || picture.rfind(end) == std::string::npos)
+        return "gnuplot failed: " + last_line(output.err);
     return {};
 }
 

@@ -46,10 +46,18 @@ struct CasesOptions {
 /// the last one. Throws what a job threw (the first, in order), after saving.
 bool run_cases(const std::vector<Job>& jobs, const CasesOptions& options, Responses& responses);
 
-/// The finished cases as text, numbers to the last bit, with a checksum.
-void write_cases(const Responses& responses, std::uint64_t hash, const std::filesystem::path& file);
+using SeriesTable = std::map<std::string, std::vector<std::vector<double>>>;  ///< by a key of one line
+
+/// As text, numbers to the last bit, with a checksum. `what` says whose they are, in the first line.
+void write_table(const SeriesTable& table, std::string_view what, std::uint64_t hash,
+                 const std::filesystem::path& file);
 
 /// Throws InputError if the file is missing, damaged, or of another study (another hash).
+SeriesTable read_table(std::string_view what, std::uint64_t hash, const std::filesystem::path& file);
+
+/// The finished cases as such a table.
+void write_cases(const Responses& responses, std::uint64_t hash, const std::filesystem::path& file);
+
 Responses read_cases(const std::filesystem::path& file, std::uint64_t hash);
 
 }  // namespace innerspring

@@ -40,6 +40,7 @@ class Fields {
         rest_.remove_prefix(std::size_t(end - rest_.data()));
         return value;
     }
+    bool done() const { return rest_.empty(); }
     std::vector<double> series() {
         std::vector<double> values(std::min(number<std::size_t>(), rest_.size()));
         for (double& value : values) value = number<double>();
@@ -52,25 +53,23 @@ class Fields {
 
 }  // namespace
 
-void write_cases(const Responses& responses, std::uint64_t hash, const std::filesystem::path& file) {
-    std::string text = fmt::format("{} {:016x}\n", magic, hash);
-    for (const auto& [key, r] : responses) {
+void write_table(const SeriesTable& table, std::string_view what, std::uint64_t hash,
+                 const std::filesystem::path& file) {
+    std::string text = fmt::format("{} {:016x}\n", what, hash);
+    for (const auto& [key, rows] : table) {
         text += key;
-        add_series(text, {r.std_m, r.imbalance});
-        add_series(text, r.vertex_m);
-        add_series(text, r.load_m);
-        add_series(text, r.volume_percent);
+        for (const std::vector<double>& row : rows) add_series(text, row);
         text += '\n';
     }
     text += fmt::format("check {:016x}\n", text_hash(text));
     write_whole(file, text);
 }
 
-Responses read_cases(const std::filesystem::path& file, std::uint64_t hash) {
+SeriesTable read_table(std::string_view what, std::uint64_t hash, const std::filesystem::path& file) {
     std::ifstream in(file, std::ios::binary);
     if (!in) throw InputError(fmt::format("{}: there are no saved cases to resume from", file.string()));
     const std::string text{std::istreambuf_iterator<char>(in), {}};
-    if (!text.starts_with(magic))
+    if (!text.starts_with(what))
         throw InputError(fmt::format("{}: not the cases of a study of this version", file.string()));
     const std::size_t check = text.rfind("check ");
     if (check == std::string::npos ||
@@ -78,25 +77,33 @@ Responses read_cases(const std::filesystem::path& file, std::uint64_t hash) {
             fmt::format("check {:016x}\n", text_hash(std::string_view(text).substr(0, check))))
         throw InputError(fmt::format("{}: damaged (its checksum does not match)", file.string()));
     std::size_t begin = text.find('\n') + 1;
-    if (text.substr(0, begin) != fmt::format("{} {:016x}\n", magic, hash))
+    if (text.substr(0, begin) != fmt::format("{} {:016x}\n", what, hash))
         throw InputError(fmt::format(
             "{}: cases of another study (mesh, material or settings differ); use the same ones, another "
             "folder, or leave --resume out",
             file.string()));
-    Responses responses;
+    SeriesTable table;
     for (std::size_t end; begin < check; begin = end + 1) {
         end = text.find('\n', begin);
         Fields fields(std::string_view(text).substr(begin, end - begin));
-        const std::string key = fields.key();
-        const std::vector<double> last = fields.series();
-        Response r;
-        r.vertex_m = fields.series();
-        r.load_m = fields.series();
-        r.volume_percent = fields.series();
-        r.std_m = last.at(0);
-        r.imbalance = last.at(1);
-        responses.emplace(key, std::move(r));
+        auto& rows = table[fields.key()];
+        while (!fields.done()) rows.push_back(fields.series());
     }
+    return table;
+}
+
+void write_cases(const Responses& responses, std::uint64_t hash, const std::filesystem::path& file) {
+    SeriesTable table;
+    for (const auto& [key, r] : responses)
+        table[key] = {{r.std_m, r.imbalance}, r.vertex_m, r.load_m, r.volume_percent};
+    write_table(table, magic, hash, file);
+}
+
+Responses read_cases(const std::filesystem::path& file, std::uint64_t hash) {
+    Responses responses;
+    for (auto& [key, rows] : read_table(magic, hash, file))
+        responses.emplace(key, Response{std::move(rows.at(1)), std::move(rows.at(2)), std::move(rows.at(3)),
+                                        rows.at(0).at(0), rows.at(0).at(1)});
     return responses;
 }
 

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "innerspring/mesh/team.h"
+
 namespace innerspring {
 
 namespace {
@@ -248,6 +250,21 @@ std::vector<Figure> figures_of(const Setting& s, const ForceStudy& study) {
         }
     }
     return figures;
+}
+
+std::string draw_figures(const std::vector<Figure>& figures, const std::filesystem::path& directory,
+                         int threads) {
+    // Plots cost more in starting gnuplot than in drawing: several at a time.
+    std::vector<std::string> failures(figures.size());
+    Team team(threads);
+    team.run(figures.size(), [&](std::size_t n) {
+        const std::filesystem::path file = directory / figures[n].name;
+        failures[n] = write_svg(figures[n].plot, file.string() + ".svg");
+        if (failures[n].empty()) failures[n] = write_png(figures[n].plot, file.string() + ".png");
+    });
+    for (const std::string& failure : failures)
+        if (!failure.empty()) return failure;
+    return "";
 }
 
 }  // namespace innerspring

@@ -19,6 +19,10 @@ std::vector<Figure> figures_of(const Setting& setting, const RefinementStudy& st
 std::vector<Figure> figures_of(const Setting& setting, const GravityStudy& study);
 std::vector<Figure> figures_of(const Setting& setting, const ForceStudy& study);
 
+/// Draws NAME.svg and NAME.png of each. Returns why one is missing, or nothing.
+std::string draw_figures(const std::vector<Figure>& figures, const std::filesystem::path& directory,
+                         int threads);
+
 /// The table of a figure. Curves beyond the columns (the lines of a law) are not in it.
 std::string to_csv(const Figure& figure);
 

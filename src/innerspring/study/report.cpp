@@ -1,32 +1,14 @@
 #include <fmt/format.h>
 
-#include <fstream>
-#include <iterator>
-
 #include "innerspring/body/estimate.h"
 #include "innerspring/record/xml.h"
+#include "innerspring/study/page.h"
 #include "innerspring/study/study.h"
 #include "innerspring/version.h"
 
 namespace innerspring {
 
 namespace {
-
-constexpr std::string_view style = R"(
-:root { color-scheme: light; }
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; background: #fff; max-width: 1180px; margin: 2rem auto; padding: 0 1.2rem; }
-h1 { font-size: 1.7rem; margin-bottom: .2rem; } h2 { font-size: 1.3rem; margin: 2.4rem 0 .6rem; border-bottom: 1px solid #ddd; }
-p.lead { color: #555; margin-top: 0; }
-table { border-collapse: collapse; width: 100%; font-size: .88rem; }
-th, td { text-align: left; vertical-align: top; padding: .4rem .6rem; border-bottom: 1px solid #e4e4e4; }
-th { border-bottom: 2px solid #bbb; } tr.group th { padding-top: 1.2rem; border-bottom: 1px solid #bbb; } tr.group code { font-weight: 400; margin-left: .6em; } small { color: #666; } td.number { white-space: nowrap; font-variant-numeric: tabular-nums; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.2rem; font-size: .92rem; } dt { color: #666; } dd { margin: 0; }
-.verdict { font-weight: 600; white-space: nowrap; } .holds { color: #00694c; } .only { color: #955000; } .fails { color: #b02020; } .open { color: #666; }
-.figures { display: grid; grid-template-columns: repeat(auto-fill, minmax(520px, 1fr)); gap: 1.2rem; }
-figure { margin: 0; } img { max-width: 100%; height: auto; display: block; }
-figcaption { font-size: .85rem; color: #444; } code { font: .85em ui-monospace, monospace; background: #f4f4f4; padding: 0 .25em; overflow-wrap: anywhere; }
-@media print { figure, tr { break-inside: avoid; } }
-)";
 
 constexpr std::string_view about_refinement =
     R"(The surface around a vertex is refined, masses and springs are re-estimated, and the same force acts as before.
@@ -45,34 +27,6 @@ constexpr std::string_view about_force =
     R"(The volume that a force costs, from onset to equilibrium. A spring K_i gives way by F/K_i and takes a column of area
 A_i with it: for A and B, whose springs are equal, the loss follows the density of the mesh; for C it follows A_i/K_i, the depth
 under the load, which on a sphere is the same everywhere.)";
-
-std::string base64(std::string_view bytes) {
-    static constexpr std::string_view digits =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve(bytes.size() * 4 / 3 + 4);
-    for (std::size_t n = 0; n < bytes.size(); n += 3) {
-        std::uint32_t three = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-            three = three << 8 | (n + k < bytes.size() ? static_cast<unsigned char>(bytes[n + k]) : 0u);
-        for (std::size_t k = 0; k < 4; ++k)
-            text += n + k > bytes.size() ? '=' : digits[three >> (18 - 6 * k) & 63];
-    }
-    return text;
-}
-
-std::string bytes_of(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
-}
-
-/// The picture inside the page, or its name where there is none.
-std::string image(const std::filesystem::path& file, std::string_view type, std::string_view alt) {
-    const std::string bytes = bytes_of(file);
-    if (bytes.empty()) return fmt::format("<p>No picture: {}.</p>", escape_xml(file.filename().string()));
-    return fmt::format("<img src=\"data:image/{};base64,{}\" alt=\"{}\">", type, base64(bytes),
-                       escape_xml(alt));
-}
 
 std::string row(std::string_view term, const std::string& value) {
     return fmt::format("<dt>{}</dt><dd>{}</dd>\n", term, escape_xml(value));
@@ -150,8 +104,8 @@ std::string claims_table(const StudyResults& r) {
 
 std::string figure(const Figure& f, const std::filesystem::path& directory) {
     return fmt::format("<figure>{}<figcaption>{} <code>{}.csv</code></figcaption></figure>\n",
-                       image(directory / (f.name + ".svg"), "svg+xml", f.plot.title), escape_xml(f.caption),
-                       escape_xml(f.name));
+                       embedded(directory / (f.name + ".svg"), "svg+xml", f.plot.title),
+                       escape_xml(f.caption), escape_xml(f.name));
 }
 
 std::string section(const StudyResults& r, const std::vector<Figure>& figures, std::string_view study,
@@ -169,7 +123,7 @@ std::string section(const StudyResults& r, const std::vector<Figure>& figures, s
             "<figure>{}<figcaption>Fig. 7: displacement at rest under gravity, in one range of colours; "
             "centre {}. "
             "<code>fig7.png</code></figcaption></figure>\n",
-            image(directory / "fig7.png", "png", "schemes B and C under gravity"),
+            embedded(directory / "fig7.png", "png", "schemes B and C under gravity"),
             to_string(r.setting.body().centre.kind));
     }
     html += "<div class=\"figures\">\n";
@@ -183,15 +137,15 @@ std::string section(const StudyResults& r, const std::vector<Figure>& figures, s
 std::string to_html(const StudyResults& r, const std::vector<Figure>& figures,
                     const std::filesystem::path& directory) {
     const std::string name = escape_xml(r.setting.body().rest.name);
-    std::string html = fmt::format(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-        "<meta name=\"viewport\" content=\"width=device-width\">\n<title>innerspring: {}</title>\n"
-        "<style>{}</style>\n</head>\n<body>\n<h1>The paper's experiments on {}</h1>\n"
-        "<p class=\"lead\">Arnab &amp; Raja, Irregular Surface Mesh Topology for Volumetric Deformable "
-        "Model, section 4. "
-        "Schemes: A regular; B irregular masses, regular springs; C the paper's proposal. innerspring "
-        "{}.</p>\n",
-        name, style, name, version);
+    std::string html =
+        page_head(name) +
+        fmt::format(
+            "<h1>The paper's experiments on {}</h1>\n"
+            "<p class=\"lead\">Arnab &amp; Raja, Irregular Surface Mesh Topology for Volumetric Deformable "
+            "Model, section 4. "
+            "Schemes: A regular; B irregular masses, regular springs; C the paper's proposal. innerspring "
+            "{}.</p>\n",
+            name, version);
     html += head(r);
     html +=
         "<h2>Claims</h2>\n<p>Verdicts follow from the numbers: a claim holds where its number is at most its "

@@ -7,9 +7,7 @@
 
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/nearest_name.h"
-#include "innerspring/mesh/team.h"
 #include "innerspring/mesh/write.h"
-#include "innerspring/record/plot.h"
 
 namespace innerspring {
 
@@ -19,21 +17,6 @@ namespace {
 constexpr double at_rest = 1e-3;
 
 constexpr std::array<std::string_view, 4> kinds = {"refinement", "gravity", "force", "all"};
-
-/// Plots cost more in starting gnuplot than in drawing: several at a time. Returns why one is missing, or
-/// nothing.
-std::string draw(const std::vector<Figure>& figures, const std::filesystem::path& directory, int threads) {
-    std::vector<std::string> failures(figures.size());
-    Team team(threads);
-    team.run(figures.size(), [&](std::size_t n) {
-        const std::filesystem::path file = directory / figures[n].name;
-        failures[n] = write_svg(figures[n].plot, file.string() + ".svg");
-        if (failures[n].empty()) failures[n] = write_png(figures[n].plot, file.string() + ".png");
-    });
-    for (const std::string& failure : failures)
-        if (!failure.empty()) return failure;
-    return "";
-}
 
 template <class Part>
 void append(std::vector<Part>& all, std::vector<Part> more) {
@@ -58,7 +41,7 @@ StudyKind parse_study(std::string_view text) {
     for (std::size_t n = 0; n < kinds.size(); ++n)
         if (text == kinds[n]) return StudyKind(n);
     const std::string nearest = nearest_name(text, kinds);
-    throw InputError(fmt::format("study '{}': expected refinement, gravity, force or all{}", text,
+    throw InputError(fmt::format("study '{}': expected refinement, gravity, force, all or truth{}", text,
                                  nearest.empty() ? "" : "; did you mean " + nearest + "?"));
 }
 
@@ -135,7 +118,7 @@ StudyResults run_study(const Scene& scene, const StudyRun& run) {
     for (const Figure& figure : figures) write_whole(run.directory / (figure.name + ".csv"), to_csv(figure));
     write_whole(run.directory / "summary.json", to_json(results));
     if (run.pictures) {
-        if (std::string why = draw(figures, run.directory, run.threads); !why.empty())
+        if (std::string why = draw_figures(figures, run.directory, run.threads); !why.empty())
             results.warnings.push_back(std::move(why));
         write_whole(run.directory / "report.html", to_html(results, figures, run.directory));
     }
