@@ -470,8 +470,10 @@ TEST(Contact, ALiveToolMovesWithoutAllocating) {
         State state = rest_state(body);
         Loads loads = with_tools({sphere_tool(0.3, {0, 0, 1.4}, 0.3)});
         Tool& tool = loads.tools[0];
-        move_to(tool, state.time, 1e-3, {{0, 0, 1.4}});
-        step(body, loads, state, workspace);
+        for (double z : {1.29, 1.4}) {  // the first steps that have something to do
+            move_to(tool, state.time, 1e-3, {{0, 0, z}});
+            step(body, loads, state, workspace);
+        }
         const long before = allocations();
         for (int n = 0; n < 300; ++n) {
             move_to(tool, state.time, 1e-3, {{0, 0, 1.4 - 0.001 * n}});
