@@ -221,7 +221,7 @@ TEST(Contact, AFreeBodyAndAToolExchangeMomentum) {
     recipe.free = true;
     const Body body = make_body(spheres[1], recipe);
     const Vector centre(0.3, 0.2, 1.6);
-    for (const auto [way, moves] :
+    for (const auto& [way, moves] :
          {std::pair{Way::full, false}, {Way::full, true}, {Way::implicit, false}, {Way::implicit, true}}) {
         Tool ball = sphere_tool(0.4, centre, 0.5);
         if (moves) ball = moving(ball, 0, centre, 0.3, {0.1, 0.2, 1.0});
@@ -315,7 +315,7 @@ TEST(Contact, AToolThatCrossesTheWholeBodyInOneStepStillMeetsIt) {
     BodyRecipe soft;
     soft.young = 1e-4, soft.surface = 1e-6;  // one sub-step
     const Body body = make_sphere(spheres[0], soft);
-    for (const auto [way, radius] :
+    for (const auto& [way, radius] :
          {std::pair{Way::full, 0.3}, {Way::full, 0.01}, {Way::implicit, 0.3}, {Way::implicit, 0.01}})
         for (const Vector& aim : {Vector(body.rest.positions[5].normalized()),
                                   Vector((body.rest.positions[body.rest.triangles[7][0]] +
@@ -339,7 +339,7 @@ TEST(Contact, AFreeBodyRestsOnAFloorWithItsWeight) {
     recipe.free = true, recipe.young = 1000, recipe.surface = 100;
     const Body body = make_body(box({1, 1, 1}, 0.25), recipe);
     const Vector weight = 0.05 * Vector(0, -9.81, 0);
-    for (const auto [way, slope] :
+    for (const auto& [way, slope] :
          {std::pair{Way::full, 0.0}, {Way::full, 0.1}, {Way::implicit, 0.0}, {Way::implicit, 0.1}}) {
         const Loads loads = with_tools({plane_tool({0, -0.6, 0}, {slope, 1, 0}, 0.5)}, {0, -9.81, 0});
         Workspace workspace(body, steps_of(0.005, way, 1e-7));
@@ -470,8 +470,10 @@ TEST(Contact, ALiveToolMovesWithoutAllocating) {
         State state = rest_state(body);
         Loads loads = with_tools({sphere_tool(0.3, {0, 0, 1.4}, 0.3)});
         Tool& tool = loads.tools[0];
-        move_to(tool, state.time, 1e-3, {{0, 0, 1.4}});
-        step(body, loads, state, workspace);
+        for (double z : {1.29, 1.4}) {  // the first steps that have something to do
+            move_to(tool, state.time, 1e-3, {{0, 0, z}});
+            step(body, loads, state, workspace);
+        }
         const long before = allocations();
         for (int n = 0; n < 300; ++n) {
             move_to(tool, state.time, 1e-3, {{0, 0, 1.4 - 0.001 * n}});
@@ -486,7 +488,7 @@ TEST(Contact, ALiveToolMovesWithoutAllocating) {
 // Stiffer than explicit steps are cheap for, `auto` goes implicit, with tools later than without; and holds.
 TEST(Contact, AutoTakesEitherStepWithTools) {
     const Loads loads = with_tools({sphere_tool(0.3, {0, 0, 1.25}, 0.3)});
-    for (const auto [young, expected] :
+    for (const auto& [young, expected] :
          {std::pair{1e3, Integrator::symplectic}, {1e8, Integrator::implicit}}) {
         BodyRecipe recipe;
         recipe.young = young, recipe.surface = young / 10;
