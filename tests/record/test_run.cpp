@@ -64,7 +64,7 @@ TEST(Run, WritesEveryFileAndTheyAgree) {
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 32);  // header, start, 30 steps
     EXPECT_TRUE(
         csv.starts_with("time_s,volume_m3,volume_variation_percent,kinetic_j,elastic_j,potential_j,max_"
-                        "displacement_m,force_finger_n\n"));
+                        "displacement_m,pressure_pa,force_finger_n\n"));
     EXPECT_NE(content(folder.path / "summary.json").find(fmt::format("{:016x}", s.state_hash)),
               std::string::npos);
     // Nothing half-written is left behind.

@@ -128,7 +128,7 @@ bool Servo::tick() noexcept {
     if (stalled) {
         fade_ -= fade_step;
         if (fade_ < 1e-9) fade_ = 0;  // steps that do not sum to one are no reason to wait
-    } else if (fade_ > 0) {  // it was for a moment
+    } else if (fade_ > 0) {           // it was for a moment
         fade_ = std::min(1.0, fade_ + fade_step);
     } else {  // back: ramp up as at the start
         fade_ = 1;

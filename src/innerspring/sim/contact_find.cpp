@@ -79,8 +79,8 @@ void Contact::prepare(const Body& body, const Loads& loads, double time, double 
         // Pages that are not written to cost nothing.
         candidates_.clear(), candidates_.reserve(n), found_.reserve(n), seen_.reserve(n),
             seen_before_.reserve(n), pairs_.reserve(n), points_.reserve(n);
-        found_faces_.reserve(2 * n), faces_.reserve(4 * n), close_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n),
-            steps_.reserve(n);
+        found_faces_.reserve(2 * n), faces_.reserve(4 * n), close_.reserve(4 * n), x_.reserve(7 * n),
+            report_.vertices.reserve(n), steps_.reserve(n);
         tools_.clear();
     }
     tools_.resize(loads.tools.size());

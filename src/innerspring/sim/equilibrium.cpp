@@ -79,6 +79,7 @@ struct Problem : Minimand {
         return volume.term.active() ? springs + volume.add_gradient(x, pinned, g, team) : springs;
     }
 
+    double noise() const override { return volume.noise(); }
     double residual(const Field& g) const override { return largest_norm(g); }
 
     void linearise(const Field& x) override {

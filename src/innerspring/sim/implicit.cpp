@@ -229,7 +229,8 @@ bool ImplicitSolver::descend(double goal, double rounding, int most, StepReport&
             ++report.iterations;
             // Near the minimum the value no longer resolves a gain that the gradient still shows.
             const double change = trial_.value - at_.value,
-                         noise = 1e-13 * std::abs(at_.value) - rounding * length * slope / goal;
+                         noise =
+                             1e-13 * std::abs(at_.value) + volume_.noise() - rounding * length * slope / goal;
             found = change <= 1e-4 * length * slope ||
                     (std::abs(change) <= noise && trial_.residual < at_.residual);
             if (!found) length *= 0.4;

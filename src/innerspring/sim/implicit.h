@@ -65,6 +65,7 @@ class ImplicitSolver : private Minimand {
     void settle_translation();
 
     double evaluate(const Field& x, Field& g) override;
+    double noise() const override { return volume_.noise(); }
     double residual(const Field& g) const override;
     void linearise(const Field& x) override;
     double multiply(const Field& p, Field& q) override;

@@ -81,7 +81,8 @@ Newton::Report Newton::run(Minimand& f, Field& x, Field& g, double value, const 
             ++report.evaluations;
             const double change = std::isfinite(e) ? e - report.value : std::numeric_limits<double>::max();
             // Near the minimum the value no longer resolves a gain that the residual still shows.
-            const double noise = 1e-12 * std::max(std::abs(report.value), std::abs(value));
+            const double noise =
+                std::max(1e-12 * std::max(std::abs(report.value), std::abs(value)), f.noise());
             const bool flat = std::abs(change) <= noise && r < report.residual;
             if (change <= 1e-4 * share * slope || flat) {
                 quality = flat ? 1 : -change / gain_;

@@ -13,6 +13,7 @@ class Minimand {
     using Field = std::vector<Vector>;
     virtual ~Minimand() = default;
     virtual double evaluate(const Field& x, Field& g) = 0;      ///< value [J] and gradient [N]
+    virtual double noise() const { return 0; }                  ///< of the value, beyond 1e-12 of it [J]
     virtual double residual(const Field& g) const = 0;          ///< a norm of the gradient [N]
     virtual void linearise(const Field& x) = 0;                 ///< the Hessian H and the preconditioner M^-1
     virtual double multiply(const Field& p, Field& q) = 0;      ///< q = H p; returns p . q

@@ -14,7 +14,8 @@ const VectorKernels* avx2_kernels() {
                                        multiply_panel<Avx2>,
                                        stretch_avx2,
                                        pull_avx2,
-                                       tangent_avx2, settle_groups<FourDoubles>};
+                                       tangent_avx2,
+                                       settle_groups<FourDoubles>};
     return &kernels;
 #else
     return nullptr;

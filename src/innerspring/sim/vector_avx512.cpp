@@ -14,7 +14,8 @@ const VectorKernels* avx512_kernels() {
                                        multiply_panel<Avx512>,
                                        stretch_avx2,
                                        pull_avx2,
-                                       tangent_avx2, settle_groups<EightDoubles>};
+                                       tangent_avx2,
+                                       settle_groups<EightDoubles>};
     return &kernels;
 #else
     return nullptr;

@@ -13,7 +13,8 @@ const VectorKernels* portable_kernels() {
                                        multiply_plain<float>,
                                        stretch_plain,
                                        pull_plain,
-                                       tangent_plain, settle_groups<OneDouble>};
+                                       tangent_plain,
+                                       settle_groups<OneDouble>};
     return &kernels;
 }
 

@@ -26,6 +26,7 @@ class VolumeTerm {
 
     bool active() const { return poisson_ > 0; }
     bool hard() const { return poisson_ == 0.5; }
+    double rest_volume() const { return body_.volume; }
     double compliance() const { return compliance_; }  ///< V_0 / kappa [m^3/Pa]; 0 if hard
 
     /// V - V_0 [m^3] and a_i [m^2] at x; the same bits for any number of threads.
@@ -63,6 +64,7 @@ class VolumePart {
     /// Returns the energy [J] and adds its gradient, where not fixed.
     double add_gradient(const Field& x, const std::vector<bool>& fixed, Field& g, Team& team);
     double pressure() const { return lambda - stiffness * excess; }
+    double noise() const { return 1e-14 * std::abs(pressure()) * term.rest_volume(); }  ///< of the energy [J]
 
     /// Keeps a at x for what follows; `solve(r, z)` is z = M^-1 r, and returns r . z.
     template <class Solve>

@@ -30,6 +30,12 @@ TruthAnswer body_answer(const TruthSubject& subject, const TruthLoad& load, cons
     return answer;
 }
 
+Material with_volume(const TruthSubject& s) {
+    Material material = s.material;
+    material.poisson = s.poisson;
+    return material;
+}
+
 }  // namespace
 
 std::vector<TruthModel> truth_models() {
@@ -47,6 +53,19 @@ std::vector<TruthModel> truth_models() {
         {"C free", "scheme C whose homes follow the body (a free body)",
          [](const TruthSubject& s, const TruthLoad& l) {
              return body_answer(s, l, s.material, {Scheme::C, {}, true});
+         },
+         true},
+        {"C volume", "scheme C with the volume term at the reference's Poisson's ratio",
+         [](const TruthSubject& s, const TruthLoad& l) { return body_answer(s, l, with_volume(s), {}); }},
+        {"C bare volume", "the volume term with E_s = 0",
+         [](const TruthSubject& s, const TruthLoad& l) {
+             Material bare = with_volume(s);
+             bare.surface = 0;
+             return body_answer(s, l, bare, {});
+         }},
+        {"C free volume", "C free with the volume term",
+         [](const TruthSubject& s, const TruthLoad& l) {
+             return body_answer(s, l, with_volume(s), {Scheme::C, {}, true});
          },
          true},
     };
