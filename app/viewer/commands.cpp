@@ -85,8 +85,8 @@ struct ToLine {
     std::string operator()(const MoveTool& c) const { return fmt::format("move {}", text_of(c.to)); }
     std::string operator()(const Release&) const { return "release"; }
     std::string operator()(const Tune& c) const {
-        return fmt::format("tune {} {} {} {}", c.material.mass, c.material.young, c.material.surface,
-                           c.material.damping);
+        return fmt::format("tune {} {} {} {} {}", c.material.mass, c.material.young, c.material.surface,
+                           c.material.damping, c.material.poisson);
     }
     std::string operator()(const SetScheme& c) const { return fmt::format("scheme {}", to_string(c.scheme)); }
     std::string operator()(const RefineNear& c) const {
@@ -136,6 +136,7 @@ Command parse_words(Words& words) {
         material.young = words.number("young");
         material.surface = words.number("surface");
         material.damping = words.number("damping");
+        material.poisson = words.number("poisson");
         return Tune{material};
     }
     if (verb == "scheme") return SetScheme{parse_scheme(words.word("scheme"))};

@@ -44,7 +44,7 @@ struct MoveTool {
 };
 /// Ends a grab, a push or a touch.
 struct Release {};
-/// Another material: mass, young, surface, damping.
+/// Another material: mass, young, surface, damping, poisson.
 struct Tune {
     Material material;
 };

@@ -31,6 +31,8 @@ void draw_numbers(const Snapshot& snapshot) {
         draw_row("vertices",
                  fmt::format("{}, {} triangles", body.surface->rest.size(), body.surface->triangles.size()));
         draw_row("volume", fmt::format("{:+.5f} %", body.volume_variation_percent));
+        if (body.material.poisson > 0 && body.simulated)
+            draw_row("pressure", fmt::format("{:.4g} Pa", body.pressure));
         draw_row("displacement", fmt::format("{:.4g} m at most", body.max_displacement));
         for (const TouchingTool& tool : body.tools)
             draw_row(fmt::format("tool {}", tool.tool.name).c_str(),
@@ -93,6 +95,12 @@ void draw_body(const Snapshot& snapshot, PanelState& state, PanelActions& action
     row_of("E_s [N/m]", m.surface, 1e-3 * stiff, 10 * stiff);
     row_of("mass [kg]", m.mass, 0.1 * from.mass, 10 * from.mass);
     row_of("damping", m.damping, 0.01, 10);
+    float poisson = float(m.poisson);
+    if (ImGui::SliderFloat("nu, bulk", &poisson, 0, 0.5f, "%.3f")) {
+        m.poisson = std::clamp(double(poisson), 0.0, 0.5);
+        moved = true;
+    }
+    held |= ImGui::IsItemActive();
     if (moved) actions.commands.push_back(Tune{m});
     if (held && !state.before_slider) state.before_slider = body.material;
     if (!held) state.before_slider.reset();

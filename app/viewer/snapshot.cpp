@@ -122,6 +122,7 @@ void capture_body(const Seen& from, BodySnapshot& to) {
     to.substeps = from.workspace.substeps();
     const Measures now = measure(body, from.loads, state);
     to.volume_variation_percent = now.volume_variation_percent;
+    to.pressure = now.pressure;
     to.kinetic = now.kinetic, to.elastic = now.elastic, to.potential = now.potential;
     to.max_displacement = now.max_displacement;
     to.pulls.clear();

@@ -65,8 +65,9 @@ struct BodySnapshot {
     std::string_view integrator, precision;
     int substeps = 0;
     double volume_variation_percent = 0, kinetic = 0, elastic = 0, potential = 0;  ///< [J]
-    double max_displacement = 0;                                                   ///< [m]
-    double step_ms = 0;                                                            ///< time of a step
+    double pressure = 0;          ///< of the volume term [Pa]
+    double max_displacement = 0;  ///< [m]
+    double step_ms = 0;           ///< time of a step
     std::vector<Pull> pulls;
     std::vector<TouchingTool> tools;
     std::vector<std::pair<Index, double>> pressed;  ///< vertices that tools press on, and how hard [Pa]

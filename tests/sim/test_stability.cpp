@@ -205,6 +205,9 @@ Draw draw(int number) {
     d.patch = random.uniform(0.05, 1);
     d.direction = random_vector(random).normalized();
     d.place = random.uniform();
+    const std::uint64_t kind = random.bits() % 4;
+    const double between = random.uniform(0, 0.5);
+    d.recipe.poisson = kind < 2 ? 0 : kind == 2 ? between : 0.5;
     return d;
 }
 
@@ -237,8 +240,8 @@ TEST(Stability, NoDrawnCaseBlowsUpOrGainsEnergy) {
             "case " + std::to_string(number) + ": " + d.shape + " scheme " +
             std::string(to_string(d.recipe.scheme)) + (d.recipe.free ? " free" : " held") + " E " +
             std::to_string(d.recipe.young) + " E_s " + std::to_string(d.recipe.surface) + " zeta " +
-            std::to_string(d.recipe.damping) + " dt " + std::to_string(d.options.dt) + " " +
-            std::string(to_string(workspace.integrator()));
+            std::to_string(d.recipe.damping) + " nu " + std::to_string(d.recipe.poisson) + " dt " +
+            std::to_string(d.options.dt) + " " + std::string(to_string(workspace.integrator()));
         State state = rest_state(body);
         double put_in = 0;
         for (int n = 0; n < steps; ++n) {

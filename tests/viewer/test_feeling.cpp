@@ -88,7 +88,9 @@ TEST(Feeling, TheWindowShowsHandBodyAndReportWhileTheyRun) {
     Window window(showing(feeling));
     ASSERT_TRUE(until(window, [&] {
         const auto& felt = window.snapshot().felt;
-        return felt && felt->heard && felt->report && felt->force.norm() > 0.05;
+        const auto& tools = window.snapshot().bodies[0].tools;
+        return felt && felt->heard && felt->report && felt->force.norm() > 0.05 && !tools.empty() &&
+               tools[0].newton.norm() > 0;
     }));
     const FeltHand felt = *window.snapshot().felt;
     const auto [x, y] = window.on_screen(felt.proxy);
