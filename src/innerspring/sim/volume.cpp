@@ -93,13 +93,17 @@ void VolumeTerm::add_curvature(double P, const Field& x, const Field& p, const s
 
 double pressure(const Body& body, const Loads& loads, const State& state,
                 std::span<const VertexContact> touched) {
-    const VolumeTerm term(body);
-    if (!term.active()) return 0;
+    const double nu = body.material.poisson;
+    if (nu == 0) return 0;
+    if (nu < 0.5)
+        return -bulk_modulus(body.material) * (volume(state.x, body.rest.triangles) / body.volume - 1);
+    std::vector<Vector> a(body.vertices(), Vector::Zero()), f = a;
+    for (const Triangle& t : body.rest.triangles) {
+        const Vector &x = state.x[t[0]], &y = state.x[t[1]], &z = state.x[t[2]];
+        const Vector share = (y - x).cross(z - x) / 6;  // around each vertex the rest adds up to nothing
+        for (Index i : t) a[i] += share;
+    }
     Team alone(1);
-    std::vector<Vector> a;
-    const double excess = term.find(state.x, a, alone);
-    if (!term.hard()) return -excess / term.compliance();
-    std::vector<Vector> f(body.vertices(), Vector::Zero());
     add_inner_forces(body, home_frame(body, state.x, alone), state.x, f);
     add_surface_forces(body, state.x, f);
     add_gravity(body, loads.gravity, f);
