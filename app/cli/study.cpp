@@ -138,6 +138,12 @@ int run_truth(const Arguments& a) {
 int run(const Arguments& a) {
     std::signal(SIGINT, [](int) { interrupted = true; });
     std::signal(SIGTERM, [](int) { interrupted = true; });
+    if (a.body.poisson)
+        throw InputError(a.study == "truth"
+                             ? "study truth: --nu is the reference's Poisson's ratio, and the "
+                               "models take theirs from it; leave --poisson out"
+                             : "the paper's experiments are about poisson = 0; leave --poisson "
+                               "out (scripts/volume_table compares other values)");
     if (a.study == "truth") return run_truth(a);
     if (a.nu || a.tetrahedra) throw InputError("--nu and --tetrahedra belong to study truth");
     StudyRun study;

@@ -229,6 +229,7 @@ TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
     expect_refused("study al " + out, "expected refinement, gravity, force, all or truth");
     expect_refused("study truth --levels 2 " + out, "--forces and --levels belong to the other studies");
     expect_refused("study gravity --nu 0.3 " + out, "--nu and --tetrahedra belong to study truth");
+    expect_refused("study gravity --poisson 0.3 " + out, "are about poisson = 0");
     expect_refused("study truth --nu 0.5 " + out, "from 0 to 0.495");
     expect_refused("study all sphere --scheme B " + out, "--scheme");
 }

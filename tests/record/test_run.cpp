@@ -124,24 +124,29 @@ TEST(Run, AToolsForceIsInTheSeriesAndARunWithToolsResumes) {
 }
 
 TEST(Run, ResumedRunsGiveTheSameBitsAsOnesThatWentOn) {
-    for (Integrator integrator : {Integrator::symplectic, Integrator::implicit})
-        for (bool free : {false, true}) {
-            TemporaryFolder whole("whole"), parts("parts");
-            Scene scene = pushed_sphere();
-            scene.step.integrator = integrator;
-            scene.free = free;
-            const Summary through = run(scene, {.directory = whole.path});
-            scene.duration = 0.11;
-            run(scene, {.directory = parts.path});
-            scene.duration = 0.3;
-            scene.step.threads = 2;  // threads may change
-            const Summary resumed = run(scene, {.directory = parts.path, .resume = true});
-            EXPECT_EQ(through.state_hash, resumed.state_hash) << free;
-            EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
-            EXPECT_EQ(content(whole.path / "frames.pvd"), content(parts.path / "frames.pvd"));
-            EXPECT_EQ(content(whole.path / "frames/frame_00000028.vtp"),
-                      content(parts.path / "frames/frame_00000028.vtp"));
-        }
+    for (const auto& [integrator, free, poisson] :
+         {std::tuple{Integrator::symplectic, false, 0.0}, std::tuple{Integrator::symplectic, true, 0.0},
+          std::tuple{Integrator::implicit, false, 0.0}, std::tuple{Integrator::implicit, true, 0.0},
+          std::tuple{Integrator::symplectic, false, 0.3}, std::tuple{Integrator::implicit, false, 0.3},
+          std::tuple{Integrator::symplectic, true, 0.5}, std::tuple{Integrator::implicit, true, 0.5}}) {
+        TemporaryFolder whole("whole"), parts("parts");
+        Scene scene = pushed_sphere();
+        scene.step.integrator = integrator;
+        scene.free = free;
+        scene.material.poisson = poisson;
+        const Summary through = run(scene, {.directory = whole.path});
+        EXPECT_EQ(through.last.pressure != 0, poisson > 0);
+        scene.duration = 0.11;
+        run(scene, {.directory = parts.path});
+        scene.duration = 0.3;
+        scene.step.threads = 2;  // threads may change
+        const Summary resumed = run(scene, {.directory = parts.path, .resume = true});
+        EXPECT_EQ(through.state_hash, resumed.state_hash) << free << ' ' << poisson;
+        EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
+        EXPECT_EQ(content(whole.path / "frames.pvd"), content(parts.path / "frames.pvd"));
+        EXPECT_EQ(content(whole.path / "frames/frame_00000028.vtp"),
+                  content(parts.path / "frames/frame_00000028.vtp"));
+    }
 }
 
 // The mesh of a resumed run is found again from the scene alone.
