@@ -218,7 +218,7 @@ Command add_study(CLI::App& program) {
                     "the elements)")
         ->type_name("NU");
     app->add_option("--tetrahedra", a->tetrahedra,
-                    "truth: at least so many elements in each mesh, up to some 3 times (default: as few as "
+                    "truth: about so many elements in each mesh, 0.9 to 3 times (default: as few as "
                     "keep their shape)")
         ->type_name("N");
     app->add_flag(

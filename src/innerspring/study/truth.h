@@ -18,7 +18,7 @@ struct TruthOptions {
     double held_share = 0.15;       ///< of the height along gravity: what lies below is held
     int sphere_vertices = 10242;    ///< of the sphere judged by the series; at least 42
     int check_vertices = 1000;      ///< of the sphere on which the elements are judged by the series
-    int tetrahedra = 0;  ///< at least so many in each mesh, up to some 3 times; 0: as few as keep their shape
+    int tetrahedra = 0;  ///< about so many in each mesh, 0.9 to 3 times; 0: as few as keep their shape
     bool series = true;  ///< with what the series judges; false: the meshes alone
 };
 
