@@ -96,6 +96,18 @@ void print(const TruthResults& r, const std::string& directory) {
         directory);
 }
 
+/// What every study takes alike; says whether progress goes to a terminal.
+template <class Run>
+bool take_common(const Arguments& a, Run& study) {
+    study.directory = a.directory;
+    study.resume = a.resume;
+    study.stop = &interrupted;
+    if (a.threads) study.threads = *a.threads;
+    const bool terminal = !a.output.quiet && isatty(STDERR_FILENO) == 1;
+    if (terminal) study.progress = show;
+    return terminal;
+}
+
 int run_truth(const Arguments& a) {
     if (a.forces || a.levels)
         throw InputError("study truth: --forces and --levels belong to the other studies");
@@ -114,13 +126,8 @@ int run_truth(const Arguments& a) {
     if (a.radius) study.options.patch_share = *a.radius;
     if (a.tetrahedra) study.options.tetrahedra = *a.tetrahedra;
     if (a.nu) study.options.sphere_poisson = study.options.element_poisson = *a.nu;
-    if (a.threads) study.threads = *a.threads;
     scene = scene_from_text(to_toml(scene), "command line");
-    study.directory = a.directory;
-    study.resume = a.resume;
-    study.stop = &interrupted;
-    const bool terminal = !a.output.quiet && isatty(STDERR_FILENO) == 1;
-    if (terminal) study.progress = show;
+    const bool terminal = take_common(a, study);
     const TruthResults results = run_truth(scene, study);
     if (terminal) fmt::print(stderr, "\r{:60}\r", "");
     print_notes(results.warnings, a.output.quiet);
@@ -160,16 +167,11 @@ int run(const Arguments& a) {
     if (a.forces) study.options.forces = *a.forces;
     if (a.levels) study.options.levels = *a.levels;
     if (a.radius) study.options.influence_share = *a.radius;
-    if (a.threads) study.threads = *a.threads;
     study.options.region_share = std::max(study.options.region_share, 1.25 * study.options.influence_share);
     // What the options say must hold as much as what a file says.
     scene = scene_from_text(to_toml(scene), "command line");
 
-    study.directory = a.directory;
-    study.resume = a.resume;
-    study.stop = &interrupted;
-    const bool terminal = !a.output.quiet && isatty(STDERR_FILENO) == 1;
-    if (terminal) study.progress = show;
+    const bool terminal = take_common(a, study);
     const StudyResults results = run_study(scene, study);
     if (terminal) fmt::print(stderr, "\r{:60}\r", "");
 

@@ -171,22 +171,25 @@ void ImplicitSolver::begin_pressure() {
         respond(body_.free ? at_.x : body_.rest.positions);
         response_known_ = true;
     }
-    evaluate(at_);
+    if (volume_.term.hard()) {
+        evaluate(at_);
+        if (volume_.give > 0)
+            volume_.lambda = (dot(volume_.response, at_.g) - volume_.excess) / volume_.give;
+    }
     volume_.stiffen(100);
-    if (volume_.term.hard() && volume_.give > 0)
-        volume_.lambda = (dot(volume_.response, at_.g) - volume_.excess) / volume_.give;
     evaluate(at_);
 }
 
 /// A hard constraint: brings V to V_0 by those that neither pin nor tool holds. Returns P [Pa].
-double ImplicitSolver::restore_volume() {
+double ImplicitSolver::restore_volume(const std::vector<bool>& fixed) {
     double P = volume_.lambda;
     direction_ = volume_.response;
-    hold_.project(direction_);
+    for (std::size_t i = 0; i < direction_.size(); ++i)
+        if (fixed[i]) direction_[i].setZero();
     for (int round = 0; round < 8; ++round) {
         const double excess = volume_.term.find(at_.x, q_, *team_);
         if (round == 0) P -= volume_.stiffness * excess;
-        const double give = dot(q_, direction_);  // pinned vertices do not respond
+        const double give = dot(q_, direction_);
         if (!(std::abs(excess) > 1e-13 * body_.volume) || !(give > 0)) break;
         P -= excess / give;
         add(-excess / give, direction_, at_.x);
@@ -446,7 +449,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         if (!report.converged) report.converged = newton(goal);
     }
     report.residual = at_.residual;
-    report.pressure = volume_.term.hard() ? restore_volume() : volume_.pressure();
+    report.pressure = volume_.term.hard() ? restore_volume(near ? still_ : is_pinned_) : volume_.pressure();
     if (near)
         for (const Contact::Point& p : contact->points())
             for (int k = 0; k < p.count; ++k) {

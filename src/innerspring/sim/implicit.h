@@ -61,7 +61,7 @@ class ImplicitSolver : private Minimand {
     void correct_rigidly();
     void respond(const Field& x);
     void begin_pressure();
-    double restore_volume();
+    double restore_volume(const std::vector<bool>& fixed);
     void settle_translation();
 
     double evaluate(const Field& x, Field& g) override;

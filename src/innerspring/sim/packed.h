@@ -69,7 +69,7 @@ void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
 /// What the volume term needs of a step, in SI units.
 struct VolumeFlow {
-    double excess = 0;  ///< V - V_0 before the step, to some 1e-8 of V [m^3]
+    double excess = 0;  ///< V - V_0 before the step, to some 1e-7/sqrt(N) of V [m^3]; V without the volume term
     double flow = 0;    ///< sum_i a_i . v'_i [m^3/s]; only with the volume term
     double give = 0;    ///< sum_i |a_i|^2 / (m_i + h c_i) [m^4/kg]; only with the volume term
 };

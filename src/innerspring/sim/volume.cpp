@@ -15,27 +15,19 @@ Index next_in_fan(const Body& body, Index i, Index edge) {
 }
 
 VolumeTerm::VolumeTerm(const Body& body) : body_(body) {
-    BodyChange all;
-    all.everywhere = true;
-    adapt(all);
+    adapt({});
 }
 
 void VolumeTerm::adapt(const BodyChange& change) {
     poisson_ = body_.material.poisson;
     compliance_ = active() && !hard() ? body_.volume / bulk_modulus(body_.material) : 0;
-    if (!active()) {
-        fan_.clear();
-        return;
-    }
-    const bool all = change.everywhere || fan_.empty();
+    if (change.everywhere) fan_.clear();
+    if (fan_.empty()) return;
     fan_.resize(body_.spokes.size());
-    if (all)
-        for (Index i = 0; i < body_.vertices(); ++i) walk_around(i);
-    else
-        for (Index i : change.touched) walk_around(i);
+    for (Index i : change.touched) walk_around(i);
 }
 
-void VolumeTerm::walk_around(Index i) {
+void VolumeTerm::walk_around(Index i) const {
     const std::span<const Spoke> spokes = body_.spokes_of(i);
     const Spoke* spoke = &spokes.front();
     for (std::size_t n = 0; n < spokes.size(); ++n) {
@@ -48,6 +40,10 @@ void VolumeTerm::walk_around(Index i) {
 
 double VolumeTerm::find(const Field& x, Field& a, Team& team) const {
     const std::size_t n = body_.vertices();
+    if (fan_.empty()) {
+        fan_.resize(body_.spokes.size());
+        for (Index i = 0; i < n; ++i) walk_around(i);
+    }
     a.resize(n);
     blocks_.resize(block_count(n));
     const Vector origin = x[0];

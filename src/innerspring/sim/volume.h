@@ -21,7 +21,7 @@ class VolumeTerm {
     using Field = std::vector<Vector>;
     explicit VolumeTerm(const Body& body);
 
-    /// Goes on with the body: after a refinement as costly as the change, unless it was everywhere.
+    /// Goes on with the body: as costly as the change, unless it was everywhere.
     void adapt(const BodyChange& change);
 
     bool active() const { return poisson_ > 0; }
@@ -29,7 +29,8 @@ class VolumeTerm {
     double rest_volume() const { return body_.volume; }
     double compliance() const { return compliance_; }  ///< V_0 / kappa [m^3/Pa]; 0 if hard
 
-    /// V - V_0 [m^3] and a_i [m^2] at x; the same bits for any number of threads.
+    /// V - V_0 [m^3] and a_i [m^2] at x; the same bits for any number of threads. The first call walks around
+    /// every vertex.
     double find(const Field& x, Field& a, Team& team) const;
 
     /// Minus the change of the force P a_i with x, by the vertices' motion p: out_i -= P da_i(p).
@@ -37,11 +38,12 @@ class VolumeTerm {
                        Team& team) const;
 
   private:
-    void walk_around(Index i);
+    void walk_around(Index i) const;
 
     const Body& body_;
     double poisson_ = 0, compliance_ = 0;
-    std::vector<Index> fan_;  ///< beside Body::spokes: neighbours of a vertex, counter-clockwise
+    /// Beside Body::spokes: neighbours of a vertex, counter-clockwise; empty until they are asked for.
+    mutable std::vector<Index> fan_;
     mutable std::vector<double> blocks_;
 };
 
