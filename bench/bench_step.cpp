@@ -22,15 +22,20 @@ using namespace innerspring;
 
 namespace {
 
-const Body& sphere_body(long vertices, bool free, double poisson = 0) {
-    static std::map<std::tuple<long, bool, double>, Body> bodies;
-    const std::tuple key(vertices, free, poisson);
+const Body& sphere_body(long vertices, bool free, double poisson = 0, int fibres = 0) {
+    static std::map<std::tuple<long, bool, double, int>, Body> bodies;
+    const std::tuple key(vertices, free, poisson, fibres);
     auto it = bodies.find(key);
     if (it == bodies.end()) {
         BodyOptions options;
         options.free = free;
         Material material;
         material.poisson = poisson;
+        if (fibres) {
+            material.anisotropy.kind = Anisotropy::Kind::fibres;
+            material.anisotropy.along = 20, material.anisotropy.direction = Vector(1, 2, 3);
+            if (fibres == 2) material.anisotropy.course = Anisotropy::Course::around;
+        }
         const SurfaceMesh mesh = make_shape(fmt::format("icosphere:vertices={}", vertices));
         it = bodies.emplace(key, build_body(mesh, material, options)).first;
     }
@@ -51,8 +56,8 @@ void per_vertex(benchmark::State& b, const Body& body, double steps) {
 
 /// A hundred symplectic Euler steps per iteration, the state read before and written after.
 void symplectic(benchmark::State& b, bool free, Precision precision, bool with_volume = false,
-                double poisson = 0) {
-    const Body& body = sphere_body(b.range(0), free, poisson);
+                double poisson = 0, int fibres = 0) {
+    const Body& body = sphere_body(b.range(0), free, poisson, fibres);
     StepOptions options;
     options.integrator = Integrator::symplectic;
     options.precision = precision;
@@ -167,6 +172,26 @@ BENCHMARK_CAPTURE(symplectic, held_poisson, false, Precision::full, false, 0.4)
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(symplectic, free, true, Precision::full)
     ->ArgsProduct({{642, 10242, 163842, 1000000}, {1, 2}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, single_fibres, false, Precision::single, false, 0, 1)
+    ->ArgsProduct({{642, 10242, 163842}, {1}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, held_fibres, false, Precision::full, false, 0, 1)
+    ->ArgsProduct({{642, 10242}, {1}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, free_fibres_around, true, Precision::full, false, 0, 2)
+    ->ArgsProduct({{642, 10242}, {1}})
+    ->ArgNames({"vertices", "threads"})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(symplectic, free_fibres, true, Precision::full, false, 0, 1)
+    ->ArgsProduct({{642, 10242}, {1}})
     ->ArgNames({"vertices", "threads"})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);

@@ -40,6 +40,12 @@ void print(const EstimateReport& r) {
                                       r.subject.material_name, r.subject.material.mass,
                                       r.subject.material.young, r.subject.material.surface,
                                       r.subject.material.damping, r.subject.material.poisson));
+    if (!isotropic(r.subject.material)) {
+        const Vector D = moduli(r.subject.material);
+        print_row("anisotropy", fmt::format("{}: {:.4g}, {:.4g}, {:.4g} Pa; below E is their mean, {:.4g} Pa",
+                                            to_string(r.subject.material.anisotropy.kind), D[0], D[1], D[2],
+                                            mean_modulus(r.subject.material)));
+    }
     print_row("M g/(E R^2), E_s/(E R)",
               fmt::format("{:.4g}, {:.4g}", r.subject.groups.weight, r.subject.groups.surface));
     fmt::print("\n  {:<24} {:>11} {:>11} {:>11} {:>11} {:>11}\n", "", "min", "lower", "median", "upper",
@@ -68,19 +74,26 @@ int run(const Arguments& a) {
 
     const EstimateReport report{describe(scene, setup), estimate(body), largest_stable_step(body),
                                 setup.notes};
+    std::vector<Vector> fibres;
+    for (Index i = 0; i < body.N.size(); ++i) fibres.push_back(fibre_direction(body, i));
     if (!a.csv.empty()) {
-        std::string text = "vertex,x_m,y_m,z_m,L_m,m_kg,K_n_m,c_n_s_m\n";
+        std::string text = fmt::format("vertex,x_m,y_m,z_m,L_m,m_kg,K_n_m,c_n_s_m{}\n",
+                                       fibres.empty() ? "" : ",fibre_x,fibre_y,fibre_z");
         for (std::size_t i = 0; i < body.vertices(); ++i) {
             const Vector& q = body.rest.positions[i];
-            text += fmt::format("{},{},{},{},{},{},{},{}\n", i, q.x(), q.y(), q.z(), body.L[i], body.m[i],
+            text += fmt::format("{},{},{},{},{},{},{},{}", i, q.x(), q.y(), q.z(), body.L[i], body.m[i],
                                 body.K[i], body.c[i]);
+            if (!fibres.empty())
+                text += fmt::format(",{},{},{}", fibres[i].x(), fibres[i].y(), fibres[i].z());
+            text += '\n';
         }
         write_whole(a.csv, text);
     }
     if (!a.vtp.empty()) {
-        const VertexField fields[] = {{"m_kg", std::span<const double>(body.m)},
-                                      {"K_n_m", std::span<const double>(body.K)},
-                                      {"L_m", std::span<const double>(body.L)}};
+        std::vector<VertexField> fields = {{"m_kg", std::span<const double>(body.m)},
+                                           {"K_n_m", std::span<const double>(body.K)},
+                                           {"L_m", std::span<const double>(body.L)}};
+        if (!fibres.empty()) fields.push_back({"fibre", std::span<const Vector>(fibres)});
         write_whole(a.vtp, to_vtp(body.rest.positions, body.rest.triangles, fields));
     }
     if (a.output.json)

@@ -51,6 +51,12 @@ void add_body_options(CLI::App& app, BodyArguments& o) {
                    "Poisson's ratio nu of the body as a whole: 0 (the paper) to 0.5, which keeps the volume "
                    "under any load (default 0)")
         ->type_name("NU");
+    app.add_option("--anisotropy", o.anisotropy,
+                   "stiffness by direction: 'radial' (E towards the centre, E/(2(1+nu)) across), "
+                   "'kind=\"fibres\", along_pa=E_f, across_pa=E_p, direction=[x,y,z]' or around=[x,y,z] "
+                   "(through=[x,y,z], pitch_deg=A), outward=[x,y,z] or field=\"FILE\" (VTP or CSV), or "
+                   "'kind=\"orthotropic\", moduli_pa=[E1,E2,E3], axes=[[x,y,z],[x,y,z]]'")
+        ->type_name("SPEC");
     app.add_option("--scheme", o.scheme,
                    "A: regular; B: irregular masses, regular springs; C: the paper's proposal (default C)")
         ->type_name("A|B|C");
@@ -119,7 +125,9 @@ void apply(const MeshOptions& o, Scene& scene) {
 void apply(const BodyArguments& o, Scene& scene) {
     if (o.material) {
         scene.material_name = *o.material;
+        const Anisotropy kept = scene.material.anisotropy;
         scene.material = tissue_material(*o.material);
+        scene.material.anisotropy = kept;
     }
     if (o.mass && o.density) throw InputError("--mass and --density: give one of them");
     if (o.mass) scene.material.mass = *o.mass, scene.material.density.reset();
@@ -128,6 +136,7 @@ void apply(const BodyArguments& o, Scene& scene) {
     if (o.surface) scene.material.surface = *o.surface, scene.material.surface_ratio.reset();
     if (o.damping) scene.material.damping = *o.damping;
     if (o.poisson) scene.material.poisson = *o.poisson;
+    if (o.anisotropy) scene.material.anisotropy = parse_directions(*o.anisotropy);
     if (o.scheme) scene.scheme = parse_scheme(*o.scheme);
     if (o.centre) scene.centre = parse_centre(*o.centre);
 }

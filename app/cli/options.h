@@ -16,7 +16,7 @@ struct MeshOptions {
 void add_mesh_options(CLI::App& app, MeshOptions& o, const std::string& mesh_help);
 
 struct BodyArguments {
-    std::optional<std::string> material, scheme, centre;
+    std::optional<std::string> material, anisotropy, scheme, centre;
     std::optional<double> mass, density, young, surface, damping, poisson;
 };
 void add_body_options(CLI::App& app, BodyArguments& o);

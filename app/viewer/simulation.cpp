@@ -129,7 +129,10 @@ void Simulation::act(const Command& command) {
     } else if (std::holds_alternative<Release>(command)) {
         release();
     } else if (const auto* tuned = std::get_if<Tune>(&command)) {
-        tune(now_.body, tuned->material, now_.body.scheme);
+        Material material = tuned->material;
+        material.anisotropy = now_.body.material.anisotropy;
+        scale_moduli(material.anisotropy, material.young / now_.body.material.young);
+        tune(now_.body, material, now_.body.scheme);
         ++body_version_;
         renew_workspace();
     } else if (const auto* scheme = std::get_if<SetScheme>(&command)) {
@@ -288,7 +291,8 @@ void Simulation::move_hand() {
     if (now_.hand.kind == Hand::Kind::hold) {
         Force& force = now_.loads.forces.back();
         Vector pull = now_.hand.stiffness * (now_.hand.from + now_.hand.by - mean_place(force, now_.state));
-        const double most = strongest * now_.body.material.young * now_.body.radius * now_.body.radius;
+        const double most =
+            strongest * mean_modulus(now_.body.material) * now_.body.radius * now_.body.radius;
         if (const double size = pull.norm(); size > most) pull *= most / size;
         const Index i = force.centre;
         const double rate = std::sqrt(now_.body.K[i] / now_.body.m[i]) / slowness;

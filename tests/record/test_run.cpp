@@ -134,6 +134,10 @@ TEST(Run, ResumedRunsGiveTheSameBitsAsOnesThatWentOn) {
         scene.step.integrator = integrator;
         scene.free = free;
         scene.material.poisson = poisson;
+        if (poisson > 0) {
+            scene.material.anisotropy.kind = Anisotropy::Kind::fibres;
+            scene.material.anisotropy.along = 30, scene.material.anisotropy.direction = Vector(1, 2, 0);
+        }
         const Summary through = run(scene, {.directory = whole.path});
         EXPECT_EQ(through.last.pressure != 0, poisson > 0);
         scene.duration = 0.11;

@@ -29,6 +29,14 @@ young_pa = 4000
 surface_n_m = 12.25
 damping_ratio = 0.7
 
+[anisotropy]
+kind = "fibres"
+along_pa = 9000
+across_pa = 3000.5
+around = [0, 1, 2]
+through = [0.1, 0.2, 0.3]
+pitch_deg = 33
+
 [body]
 scheme = "b"
 centre = [0.1, -2, 3e-3]
@@ -151,6 +159,17 @@ void expect_same(const Scene& a, const Scene& b) {
     EXPECT_TRUE(same(a.material.surface, b.material.surface));
     EXPECT_TRUE(same(a.material.surface_ratio, b.material.surface_ratio));
     EXPECT_TRUE(same(a.material.damping, b.material.damping));
+    const Anisotropy &d = a.material.anisotropy, &e = b.material.anisotropy;
+    EXPECT_EQ(d.kind, e.kind);
+    EXPECT_TRUE(same(d.along, e.along));
+    EXPECT_TRUE(same(d.across, e.across));
+    EXPECT_EQ(d.course, e.course);
+    EXPECT_TRUE(same(d.direction, e.direction));
+    EXPECT_TRUE(same(d.through, e.through));
+    EXPECT_TRUE(same(d.pitch_deg, e.pitch_deg));
+    EXPECT_EQ(d.file, e.file);
+    EXPECT_TRUE(same(d.moduli, e.moduli));
+    for (int k = 0; k < 2; ++k) EXPECT_TRUE(same(Vector(d.axes.col(k)), Vector(e.axes.col(k))));
     EXPECT_EQ(a.scheme, b.scheme);
     EXPECT_EQ(a.centre.kind, b.centre.kind);
     EXPECT_TRUE(same(a.centre.position, b.centre.position));
@@ -698,4 +717,36 @@ TEST(Scene, ToolsThatCannotBeAreRefused) {
           "mesh = '', at = [0, 0, 0]", "radius = 1, scale = 2, at = [0, 0, 0]"})
         EXPECT_THROW(parse_tool(text), InputError) << text;
     EXPECT_EQ(parse_tool("radius = 0.2, at = [0, 0, 1]").radius, 0.2);
+}
+
+TEST(Scene, AnisotropyIsReadWrittenAndRefused) {
+    const Anisotropy a = scene_from_text(full, "s.toml").material.anisotropy;
+    EXPECT_EQ(a.kind, Anisotropy::Kind::fibres);
+    EXPECT_EQ(a.course, Anisotropy::Course::around);
+    EXPECT_EQ(a.along, 9000);
+    EXPECT_EQ(a.pitch_deg, 33);
+    for (const char* text :
+         {"kind = \"radial\"", "radial", "kind = \"isotropic\"",
+          "kind = \"fibres\", along_pa = 3, direction = [0, 1, 7e-3]",
+          "kind = \"fibres\", along_pa = 3, outward = [0, 1, 0.1]",
+          "kind = \"fibres\", along_pa = 3, field = \"a b.csv\"",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3.3], axes = [[3, 1, 0], [-1, 3, 0]]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3]"}) {
+        Scene scene;
+        scene.material.anisotropy = parse_directions(text);
+        expect_same(scene, scene_from_text(to_toml(scene), "again"));
+    }
+    for (const char* text :
+         {"", "wooden", "fibres", "kind = \"wooden\"", "along_pa = 3", "kind = \"fibres\"",
+          "kind = \"fibres\", along_pa = 3", "kind = \"fibres\", along_pa = 0, direction = [0, 0, 1]",
+          "kind = \"fibres\", along_pa = 3, direction = [0, 0, 0]",
+          "kind = \"fibres\", along_pa = 3, direction = [0, 0, 1], outward = [0, 0, 0]",
+          "kind = \"fibres\", along_pa = 3, direction = [0, 0, 1], pitch_deg = 3",
+          "kind = \"fibres\", along_pa = 3, field = \"\"", "kind = \"radial\", along_pa = 3",
+          "kind = \"orthotropic\"", "kind = \"orthotropic\", moduli_pa = [1, -2, 3]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3], axes = [[1, 0, 0], [1, 1, 0]]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3], axes = [[0, 0, 0], [0, 1, 0]]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3], axes = [[1, 0, 0]]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3], direction = [1, 0, 0]"})
+        EXPECT_THROW(parse_directions(text), InputError) << text;
 }

@@ -208,6 +208,13 @@ Draw draw(int number) {
     const std::uint64_t kind = random.bits() % 4;
     const double between = random.uniform(0, 0.5);
     d.recipe.poisson = kind < 2 ? 0 : kind == 2 ? between : 0.5;
+    Anisotropy& a = d.recipe.anisotropy;
+    a.kind = Anisotropy::Kind(random.bits() % 4);
+    a.along = d.recipe.young * log_uniform(random, 0.1, 30);
+    a.direction = random_vector(random);
+    a.course = random.bits() % 2 ? Anisotropy::Course::around : Anisotropy::Course::straight;
+    a.axes = random_rotation(random);
+    for (double& E : a.moduli) E = d.recipe.young * log_uniform(random, 0.1, 10);
     return d;
 }
 
@@ -240,8 +247,9 @@ TEST(Stability, NoDrawnCaseBlowsUpOrGainsEnergy) {
             "case " + std::to_string(number) + ": " + d.shape + " scheme " +
             std::string(to_string(d.recipe.scheme)) + (d.recipe.free ? " free" : " held") + " E " +
             std::to_string(d.recipe.young) + " E_s " + std::to_string(d.recipe.surface) + " zeta " +
-            std::to_string(d.recipe.damping) + " nu " + std::to_string(d.recipe.poisson) + " dt " +
-            std::to_string(d.options.dt) + " " + std::string(to_string(workspace.integrator()));
+            std::to_string(d.recipe.damping) + " nu " + std::to_string(d.recipe.poisson) + ' ' +
+            std::string(to_string(d.recipe.anisotropy.kind)) + " dt " + std::to_string(d.options.dt) + " " +
+            std::string(to_string(workspace.integrator()));
         State state = rest_state(body);
         double put_in = 0;
         for (int n = 0; n < steps; ++n) {

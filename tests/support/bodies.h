@@ -38,6 +38,7 @@ struct BodyRecipe {
     double mass = 0.05;  ///< [kg]
     CentreOption centre{};
     double poisson = 0;  ///< [1]
+    Anisotropy anisotropy{};
 };
 
 inline Body make_body(SurfaceMesh mesh, const BodyRecipe& r = {}) {
@@ -47,6 +48,7 @@ inline Body make_body(SurfaceMesh mesh, const BodyRecipe& r = {}) {
     material.surface = r.surface;
     material.damping = r.damping;
     material.poisson = r.poisson;
+    material.anisotropy = r.anisotropy;
     BodyOptions options;
     options.scheme = r.scheme;
     options.centre = r.centre;

@@ -194,7 +194,7 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
     body.rest = std::move(mesh);
     body.centre.scale = d.scale;
 
-    const double N = double(body.vertices()), M = body.material.mass, E = body.material.young;
+    const double N = double(body.vertices()), M = body.material.mass, E = mean_modulus(body.material);
     for (double K : d.K) body.stiffness_sum += E * K;
     for (auto* list : {&body.m, &body.K, &body.c}) list->reserve(body.vertices());
     for (std::size_t i = 0; i < body.vertices(); ++i) {
@@ -211,6 +211,8 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
     body.L = std::move(d.L);
     d = {};  // room for the springs
     add_surface_springs(body, std::move(topology));
+    require_directions(body, body.material);
+    set_deviations(body);
     for (std::size_t e = 0; e < body.k.size(); ++e)
         if (!std::isfinite(body.k[e]) || !(body.rest_length[e] > 0))
             throw InputError(fmt::format(

@@ -47,11 +47,12 @@ struct Body {
 
     double stiffness_sum = 0;  ///< sum of scheme C's K_i [N/m], of which A and B take the mean
 
-    std::vector<double> L;            ///< distance to the vertex's centre [m]
-    std::vector<double> m;            ///< mass [kg], Eqs. 1-2; all > 0
-    std::vector<double> K;            ///< inner spring [N/m], Eq. 3; all > 0
-    std::vector<double> c;            ///< damping 2 zeta sqrt(K m) [N s/m]
-    std::vector<double> k;            ///< per edge: surface spring [N/m], Van Gelder 1998
+    std::vector<double> L;     ///< distance to the vertex's centre [m]
+    std::vector<double> m;     ///< mass [kg], Eqs. 1-2; all > 0
+    std::vector<double> K;     ///< inner spring [N/m], Eq. 3; all > 0
+    std::vector<Symmetric> N;  ///< anisotropic: the spring as a matrix is K_i I + N_i [N/m]; else empty
+    std::vector<double> c;     ///< damping 2 zeta sqrt(K m) [N s/m]
+    std::vector<double> k;     ///< per edge: surface spring [N/m], Van Gelder 1998
     std::vector<double> rest_length;  ///< per edge [m]
     std::vector<SpokeRow> rows;       ///< per vertex
     std::vector<Spoke> spokes;        ///< a vertex's are together, in increasing neighbour

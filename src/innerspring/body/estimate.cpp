@@ -31,13 +31,14 @@ Quartiles quartiles(std::vector<double> values) {
 }
 
 Groups dimensionless_groups(const Body& body, double gravity_m_s2, double force_n) {
-    const double E = body.material.young, R = body.radius;
+    const double E = mean_modulus(body.material), R = body.radius;
     return {body.material.mass * gravity_m_s2 / (E * R * R), body.material.surface / (E * R),
             force_n / (E * R * R)};
 }
 
 Estimate estimate(const Body& body, double gravity_m_s2) {
     Estimate e;
+    const double E = mean_modulus(body.material);
     // Of parts that cost about the same; waking others is not worth it for a few vertices.
     std::vector<double> A;
     Vector centroid;
@@ -52,12 +53,11 @@ Estimate estimate(const Body& body, double gravity_m_s2) {
     for (std::size_t i = 0; i < body.vertices(); ++i) {
         e.mass_sum += body.m[i];
         e.stiffness_sum += body.K[i];
-        e.stiffness_theory += body.material.young * A[i] / body.L[i];
+        e.stiffness_theory += E * A[i] / body.L[i];
         moment += body.m[i] * body.rest.positions[i];
     }
     e.mass_shift = moment / e.mass_sum - centroid;
-    e.sag = body.material.mass * gravity_m_s2 * body.radius * body.radius /
-            (3 * body.volume * body.material.young);
+    e.sag = body.material.mass * gravity_m_s2 * body.radius * body.radius / (3 * body.volume * E);
     return e;
 }
 

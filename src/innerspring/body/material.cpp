@@ -13,7 +13,8 @@
 namespace innerspring {
 
 double bulk_modulus(const Material& m) {
-    return 2 * m.poisson * m.young / (3 * (1 - 2 * m.poisson));
+    const double E = m.anisotropy.kind == Anisotropy::Kind::radial ? m.young : mean_modulus(m);
+    return 2 * m.poisson * E / (3 * (1 - 2 * m.poisson));
 }
 
 Material resolve(const Material& material, double volume_m3) {
@@ -32,14 +33,15 @@ Material resolve(const Material& material, double volume_m3) {
     }
     positive(r.mass, "mass", "kg");
     positive(r.young, "young (E)", "Pa");
+    if (!(r.poisson >= 0 && r.poisson <= 0.5))
+        throw InputError(fmt::format("poisson (nu) is {:g}; it must be from 0 to 0.5", r.poisson));
+    resolve_anisotropy(r);
     if (material.surface_ratio) {
         not_negative(*material.surface_ratio, "surface ratio (E_s / E R)", "");
-        r.surface = *material.surface_ratio * r.young * volume_radius(volume_m3);
+        r.surface = *material.surface_ratio * mean_modulus(r) * volume_radius(volume_m3);
     }
     not_negative(r.surface, "surface (E_s)", " N/m");
     not_negative(r.damping, "damping (zeta)", "");
-    if (!(r.poisson >= 0 && r.poisson <= 0.5))
-        throw InputError(fmt::format("poisson (nu) is {:g}; it must be from 0 to 0.5", r.poisson));
     r.density.reset();
     r.surface_ratio.reset();
     return r;

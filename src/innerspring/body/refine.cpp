@@ -138,8 +138,9 @@ void estimate_vertex(Body& body, Index i, std::vector<Index>& triangles) {
         K += V_t / (body.L[i] * body.L[i]);
     }
     if (body.scheme != Scheme::A) body.m[i] = body.material.mass * m;
-    if (body.scheme == Scheme::C) body.K[i] = body.material.young * K;
+    if (body.scheme == Scheme::C) body.K[i] = mean_modulus(body.material) * K;
     body.c[i] = damping(body.material, body.m[i], body.K[i]);
+    if (!body.N.empty()) set_deviation(body, i);
 }
 
 /// The last vertex, `from`, takes the place of `to`.
@@ -156,9 +157,11 @@ void move_vertex(Body& body, Index from, Index to) {
         body.rows[to] = body.rows[from];
         body.L[to] = body.L[from], body.m[to] = body.m[from];
         body.K[to] = body.K[from], body.c[to] = body.c[from];
+        if (!body.N.empty()) body.N[to] = body.N[from];
     }
     body.rest.positions.pop_back(), body.rows.pop_back();
     body.L.pop_back(), body.m.pop_back(), body.K.pop_back(), body.c.pop_back();
+    if (!body.N.empty()) body.N.pop_back();
 }
 
 }  // namespace
@@ -175,6 +178,7 @@ BodyChange restructure(Body& body, Subdivision& history, const SurfaceChange& ch
                              ? (body.L[halves.a] + body.L[halves.b]) / 2
                              : (body.rest.positions[vertex] - body.centre.position).norm());
         body.m.push_back(body.m[0]), body.K.push_back(body.K[0]), body.c.push_back(0);
+        if (!body.N.empty()) body.N.emplace_back();
     }
     relink(body, change);
     for (const auto& [t, corners] : change.added) {
@@ -201,7 +205,7 @@ BodyChange restructure(Body& body, Subdivision& history, const SurfaceChange& ch
     make_set(result.touched);
     std::erase_if(result.touched, [&](Index i) { return i >= body.vertices(); });
 
-    body.stiffness_sum += body.material.young * stiffness;
+    body.stiffness_sum += mean_modulus(body.material) * stiffness;
     result.everywhere =
         body.scheme == Scheme::A || (body.scheme == Scheme::B && mean == MeanStiffness::recomputed);
     std::vector<Index> scratch;
@@ -212,6 +216,7 @@ BodyChange restructure(Body& body, Subdivision& history, const SurfaceChange& ch
         if (result.everywhere)
             for (std::size_t i = 0; i < body.vertices(); ++i)
                 body.c[i] = damping(body.material, body.m[i], body.K[i]);
+        if (result.everywhere) set_deviations(body);
     }
     for (Index i : result.touched) {
         const auto first = body.spokes.begin() + body.rows[i].first;
@@ -229,6 +234,7 @@ void reserve(Body& body, std::size_t vertices) {
                       t = body.rest.triangles.size() + 2 * vertices;
     body.rest.positions.reserve(n), body.rows.reserve(n);
     for (auto* list : {&body.L, &body.m, &body.K, &body.c}) list->reserve(n);
+    if (!body.N.empty()) body.N.reserve(n);
     body.rest.triangles.reserve(t), body.triangle_edges.reserve(t);
     body.edges.reserve(e), body.edge_triangles.reserve(e), body.k.reserve(e), body.rest_length.reserve(e);
     body.spokes.reserve(body.spokes.size() + 16 * vertices);

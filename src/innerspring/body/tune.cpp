@@ -11,6 +11,7 @@ namespace innerspring {
 
 void tune(Body& body, const Material& material, Scheme scheme) {
     const Material resolved = resolve(material, body.volume);
+    require_directions(body, resolved);
     const std::size_t n = body.vertices();
     std::vector<double> m(n, 0.0), K(n, 0.0);
     for (const Triangle& t : body.rest.triangles) {
@@ -22,7 +23,7 @@ void tune(Body& body, const Material& material, Scheme scheme) {
         }
     }
     double sum = 0;
-    for (double& K_i : K) sum += (K_i *= resolved.young);
+    for (double& K_i : K) sum += (K_i *= mean_modulus(resolved));
     for (std::size_t i = 0; i < n; ++i) {
         m[i] = resolved.mass * (scheme == Scheme::A ? 1 / double(n) : m[i]);
         if (scheme != Scheme::C) K[i] = sum / double(n);
@@ -38,6 +39,7 @@ void tune(Body& body, const Material& material, Scheme scheme) {
     body.m = std::move(m);
     body.K = std::move(K);
     for (std::size_t i = 0; i < n; ++i) body.c[i] = damping(resolved, body.m[i], body.K[i]);
+    set_deviations(body);
     for (Index e = 0; e < body.edges.size(); ++e) set_surface_spring(body, e);
     for (std::size_t i = 0; i < n; ++i)
         for (Index s = body.rows[i].first; s < body.rows[i].first + body.rows[i].count; ++s)

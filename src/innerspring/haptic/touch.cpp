@@ -21,6 +21,11 @@ double along(const Spoke& spoke, const Vector& d, const Vector& n) {
 
 /// The rings around the contact and the springs among them.
 void TouchFinder::gather(const Body& body, const State& state, const Vector& n) {
+    HomeFrame frame;
+    if (!body.N.empty()) {
+        Team alone(1);
+        frame = home_frame(body, state.x, alone);
+    }
     const std::size_t contact = patch_.size();
     for (std::size_t begin = 0, ring = 0; ring < rings; ++ring) {
         const std::size_t end = patch_.size();
@@ -36,7 +41,7 @@ void TouchFinder::gather(const Body& body, const State& state, const Vector& n) 
     diagonal_.clear(), entries_.clear(), first_.clear();
     for (const Index i : patch_) {
         first_.push_back(Index(entries_.size()));
-        double diagonal = body.K[i];
+        double diagonal = body.N.empty() ? body.K[i] : -n.dot(inner_force(body, frame, i, n));
         for (const Spoke& spoke : body.spokes_of(i)) {
             const double h = along(spoke, state.x[spoke.neighbour] - state.x[i], n);
             diagonal += h;
@@ -136,8 +141,9 @@ Touch TouchFinder::find(const Body& body, const State& state, const ContactRepor
         if (!on) corners += c.normal;
         if (!body.free) {
             const std::size_t i = c.vertex;
-            const Vector springs = surface_force(body, state.x.data(), i) -
-                                   body.K[i] * (state.x[i] - body.rest.positions[i]) + body.m[i] * gravity;
+            const Vector springs = surface_force(body, state.x.data(), i) +
+                                   inner_force(body, {}, i, state.x[i] - body.rest.positions[i]) +
+                                   body.m[i] * gravity;
             touch.force += springs.dot(touch.normal);
         }
     }

@@ -18,7 +18,8 @@ struct Touch {
 
 /// The tangent stiffness from the body's own springs (ours): motions u_i along the normal n of the vertices
 /// in contact and `rings` of neighbours around them; farther ones stay. Their springs are
-///     A u = (K_i + sum_j h_ij) u_i - sum_j h_ij u_j,   h = k_e ((n.d)^2 + max(0, 1 - l/|d|) (1 - (n.d)^2)),
+///     A u = (n . K_i n + sum_j h_ij) u_i - sum_j h_ij u_j,   h = k_e ((n.d)^2 + max(0, 1 - l/|d|) (1 -
+///     (n.d)^2)),
 /// d the direction and l the rest length of a surface spring. Vertices on the tool move with it, by
 /// c_i = |n_i . n|; corners of faces that are pressed between their vertices carry shares phi_i of the force
 /// (sum 1), and it is sum_i phi_i u_i that moves with the tool. With u' the answer to c alone (energy k',

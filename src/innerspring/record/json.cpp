@@ -29,13 +29,34 @@ Json centre(const Centre& c) {
     return {{"kind", to_string(c.kind)}, {"position_m", vector(c.position)}, {"reason", c.reason}};
 }
 
+/// Moduli of D; the first is that along the fibres or towards the centre.
+Json anisotropy(const Material& m) {
+    const Anisotropy& a = m.anisotropy;
+    const Vector D = moduli(m);
+    Json j{{"kind", to_string(a.kind)}, {"mean_pa", mean_modulus(m)}, {"moduli_pa", vector(D)}};
+    if (a.kind == Anisotropy::Kind::fibres) {
+        constexpr std::string_view courses[] = {"straight", "around", "outward", "field"};
+        j["course"] = courses[std::size_t(a.course)];
+        if (a.course == Anisotropy::Course::straight || a.course == Anisotropy::Course::around)
+            j["direction"] = vector(a.direction);
+        if (a.course == Anisotropy::Course::around || a.course == Anisotropy::Course::outward)
+            j["through_m"] = vector(a.through);
+        if (a.course == Anisotropy::Course::around) j["pitch_deg"] = a.pitch_deg;
+        if (a.course == Anisotropy::Course::field) j["field"] = a.file;
+    }
+    if (a.kind == Anisotropy::Kind::orthotropic)
+        j["axes"] = {vector(a.axes.col(0)), vector(a.axes.col(1)), vector(a.axes.col(2))};
+    return j;
+}
+
 Json material(const std::string& name, const Material& m) {
     return {{"name", name},
             {"mass_kg", m.mass},
             {"young_pa", m.young},
             {"surface_n_m", m.surface},
             {"damping_ratio", m.damping},
-            {"poisson", m.poisson}};
+            {"poisson", m.poisson},
+            {"anisotropy", anisotropy(m)}};
 }
 
 Json groups(const Groups& g) {

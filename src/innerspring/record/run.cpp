@@ -57,7 +57,7 @@ class EnergyWatch {
             for (std::size_t n = 0; n < x.size(); ++n)
                 put_in_ += (f[n].norm() + f_[n].norm()) * (x_[n] - x[n]).norm();
         }
-        return now.kinetic + now.elastic > 10 * put_in_ + 1e-12 * body.material.young * body.volume;
+        return now.kinetic + now.elastic > 10 * put_in_ + 1e-12 * mean_modulus(body.material) * body.volume;
     }
 
   private:
@@ -74,8 +74,9 @@ class EnergyWatch {
         for (const Pin& pin : loads.pins)
             for (Index i : pin.vertices) {
                 x_.push_back(state.x[i]);
-                f_.push_back(surface_force(body, state.x.data(), i) -
-                             body.K[i] * (state.x[i] - (frame.R * body.rest.positions[i] + frame.t)));
+                const Vector home = frame.R * body.rest.positions[i] + frame.t;
+                f_.push_back(surface_force(body, state.x.data(), i) +
+                             inner_force(body, frame, i, state.x[i] - home));
             }
     }
     double put_in_;
@@ -139,6 +140,7 @@ Scene located(Scene scene) {
     };
     locate(scene.mesh);
     for (SceneTool& tool : scene.tools) locate(tool.mesh);
+    locate(scene.material.anisotropy.file);
     if (std::string& device = scene.haptic.device; device.starts_with("replay:")) {
         std::string file = device.substr(7);
         locate(file);

@@ -83,8 +83,9 @@ struct Scene {
     std::optional<bool> normalize;        ///< normalize: to unit volume radius; default: files without a unit
     double weld = 0;                      ///< weld: tolerance in the unit of the file
     std::string material_name = "paper";  ///< [material] name
-    Material material;          ///< [material] mass_kg, density_kg_m3, young_pa, surface_n_m, surface_ratio,
-                                ///< damping_ratio, poisson
+    Material material;  ///< [material] mass_kg, density_kg_m3, young_pa, surface_n_m, surface_ratio,
+                        ///< damping_ratio, poisson; [anisotropy] kind, along_pa, across_pa, one of
+                        ///< direction, around (through, pitch_deg), outward and field, moduli_pa, axes
     Scheme scheme = Scheme::C;  ///< [body] scheme
     CentreOption centre;        ///< [body] centre = "auto" | "centroid" | "kernel" | "local" | [x, y, z]
     bool free = false;          ///< [body] free
@@ -113,6 +114,7 @@ SceneForce parse_force(std::string_view text);
 ScenePin parse_pin(std::string_view text);
 SceneRefine parse_refine(std::string_view text);
 SceneTool parse_tool(std::string_view text);
+Anisotropy parse_directions(std::string_view text);  ///< also a kind alone
 
 /// The whole scene as TOML with every key said, readable by scene_from_text to the same bits.
 std::string to_toml(const Scene& scene);

@@ -37,6 +37,57 @@ void read_material(const Table& t, Scene& scene) {
     if (m.poisson > 0.5) t.refuse("poisson", fmt::format("is {:g}; it must be from 0 to 0.5", m.poisson));
 }
 
+Anisotropy read_anisotropy(const Table& t) {
+    using Kind = Anisotropy::Kind;
+    using Course = Anisotropy::Course;
+    Anisotropy a;
+    if (!t.find("kind")) t.refuse("needs kind: isotropic, radial, fibres or orthotropic");
+    t.read_word("kind", a.kind, parse_anisotropy);
+    for (const char* key :
+         {"along_pa", "across_pa", "direction", "around", "through", "pitch_deg", "outward", "field"})
+        if (t.find(key) && a.kind != Kind::fibres) t.refuse(key, "goes with kind = \"fibres\"");
+    for (const char* key : {"moduli_pa", "axes"})
+        if (t.find(key) && a.kind != Kind::orthotropic) t.refuse(key, "goes with kind = \"orthotropic\"");
+    if (a.kind == Kind::fibres) {
+        if (!t.find("along_pa")) t.refuse("needs along_pa, the modulus along the fibres");
+        if (bool(t.find("direction")) + bool(t.find("around")) + bool(t.find("outward")) +
+                bool(t.find("field")) !=
+            1)
+            t.refuse("needs exactly one of direction, around, outward and field");
+        for (const char* key : {"through", "pitch_deg"})
+            if (t.find(key) && !t.find("around")) t.refuse(key, "goes with around");
+        t.read("along_pa", a.along, Range::positive);
+        t.read("across_pa", a.across, Range::positive);
+        t.read("direction", a.direction);
+        t.read("around", a.direction);
+        t.read("through", a.through);
+        t.read("outward", a.through);
+        a.pitch_deg = 0;
+        t.read("pitch_deg", a.pitch_deg, Range::finite);
+        t.read("field", a.file);
+        a.course = t.find("around")    ? Course::around
+                   : t.find("outward") ? Course::outward
+                   : t.find("field")   ? Course::field
+                                       : Course::straight;
+        for (const char* key : {"direction", "around"})
+            if (t.find(key) && !(a.direction.stableNorm() > 0)) t.refuse(key, "must not be zero");
+        if (t.find("field") && (a.file.empty() || a.file.find('\0') != std::string::npos))
+            t.refuse("field", "must name a file");
+    }
+    if (a.kind == Kind::orthotropic) {
+        if (!t.find("moduli_pa")) t.refuse("needs moduli_pa, the three moduli");
+        t.read("moduli_pa", a.moduli);
+        if (!(a.moduli.minCoeff() > 0)) t.refuse("moduli_pa", "must be three positive numbers");
+        Vector first = Vector::UnitX(), second = Vector::UnitY();
+        t.read_two("axes", first, second);
+        if (!(std::abs(first.stableNormalized().dot(second.stableNormalized())) < 1e-6) ||
+            !(first.stableNorm() > 0 && second.stableNorm() > 0))
+            t.refuse("axes", "must be two directions at right angles; the third is across both");
+        a.axes << first, second, first.cross(second);
+    }
+    return a;
+}
+
 void read_body(const Table& t, Scene& scene) {
     t.read_word("scheme", scene.scheme, parse_scheme);
     if (const toml::node* node = t.find("centre"); node && node->is_array()) {
@@ -194,6 +245,8 @@ Scene read_top(const Table& t) {
     if (t.find("normalize")) t.read("normalize", scene.normalize.emplace());
     t.read("weld", scene.weld, Range::not_negative);
     if (const auto table = t.table("material", material)) read_material(*table, scene);
+    if (const auto table = t.table("anisotropy", anisotropy))
+        scene.material.anisotropy = read_anisotropy(*table);
     if (const auto table = t.table("body", body)) read_body(*table, scene);
     if (const auto table = t.table("simulation", simulation)) read_simulation(*table, scene);
     if (const auto table = t.table("haptic", haptic)) scene.haptic = read_haptic(*table);
@@ -245,6 +298,8 @@ Scene read_scene(const std::filesystem::path& file) {
         scene.mesh = (file.parent_path() / scene.mesh).string();  // an absolute one stays
     for (SceneTool& t : scene.tools)
         if (!t.mesh.empty() && !is_shape(t.mesh)) t.mesh = (file.parent_path() / t.mesh).string();
+    if (std::string& field = scene.material.anisotropy.file; !field.empty())
+        field = (file.parent_path() / field).string();
     if (const std::string& device = scene.haptic.device; device.starts_with("replay:"))
         scene.haptic.device = "replay:" + (file.parent_path() / device.substr(7)).string();
     return scene;
@@ -260,6 +315,12 @@ ScenePin parse_pin(std::string_view text) {
 
 SceneTool parse_tool(std::string_view text) {
     return parse_option("--tool", text, tool, read_tool);
+}
+
+Anisotropy parse_directions(std::string_view text) {
+    const bool word = !text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz") == text.npos;
+    return parse_option("--anisotropy", word ? fmt::format("kind = \"{}\"", text) : std::string(text),
+                        anisotropy, read_anisotropy);
 }
 
 SceneRefine parse_refine(std::string_view text) {

@@ -56,11 +56,11 @@ struct Section {
     std::vector<std::string_view> keys;
 };
 
-inline const std::array<Section, 9>& sections() {
-    static const std::array<Section, 9> all{{
+inline const std::array<Section, 10>& sections() {
+    static const std::array<Section, 10> all{{
         {"",
-         {"mesh", "unit", "normalize", "weld", "material", "body", "simulation", "force", "pin", "refine",
-          "tool", "haptic"}},
+         {"mesh", "unit", "normalize", "weld", "material", "anisotropy", "body", "simulation", "force", "pin",
+          "refine", "tool", "haptic"}},
         {"[material]",
          {"name", "mass_kg", "density_kg_m3", "young_pa", "surface_n_m", "surface_ratio", "damping_ratio",
           "poisson"}},
@@ -77,11 +77,14 @@ inline const std::array<Section, 9>& sections() {
         {"[haptic]",
          {"device", "rate_hz", "body_rate_hz", "workspace_scale", "force_scale", "coupling_n_m",
           "controller"}},
+        {"[anisotropy]",
+         {"kind", "along_pa", "across_pa", "direction", "around", "through", "pitch_deg", "outward", "field",
+          "moduli_pa", "axes"}},
     }};
     return all;
 }
 
-enum SectionIndex { top, material, body, simulation, force, pin, refinement, tool, haptic };
+enum SectionIndex { top, material, body, simulation, force, pin, refinement, tool, haptic, anisotropy };
 inline constexpr std::int64_t largest_vertex = no_index - 1;
 
 enum class Range { finite, not_negative, positive };
@@ -215,6 +218,19 @@ class Table {
         for (const toml::node& vertex : *node->as_array())
             out.push_back(whole(key, vertex, 0, largest_vertex));
         return out;
+    }
+
+    /// Two vectors.
+    void read_two(std::string_view key, Vector& first, Vector& second) const {
+        const toml::node* node = find(key);
+        if (!node) return;
+        constexpr std::string_view form = "[[x, y, z], [x, y, z]], three finite numbers each";
+        if (!node->is_array() || node->as_array()->size() != 2) refuse(key, fmt::format("must be {}", form));
+        int n = 0;
+        for (const toml::node& row : *node->as_array()) {
+            const std::array<double, 3> v = numbers<3>(key, row, form);
+            (n++ == 0 ? first : second) = Vector(v[0], v[1], v[2]);
+        }
     }
 
     /// Numbers in the first row at `key`; 0 if there is none.

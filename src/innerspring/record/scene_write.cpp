@@ -123,6 +123,24 @@ void write(std::string& out, const SceneTool& t) {
     out += "]\n";
 }
 
+void write(std::string& out, const Anisotropy& a) {
+    using Course = Anisotropy::Course;
+    out += fmt::format("\n[anisotropy]\nkind = \"{}\"\n", to_string(a.kind));
+    if (a.kind == Anisotropy::Kind::fibres) {
+        out += fmt::format("along_pa = {}\n", real(a.along));
+        if (a.across) out += fmt::format("across_pa = {}\n", real(*a.across));
+        if (a.course == Course::straight) out += fmt::format("direction = {}\n", list(a.direction));
+        if (a.course == Course::around)
+            out += fmt::format("around = {}\nthrough = {}\npitch_deg = {}\n", list(a.direction),
+                               list(a.through), real(a.pitch_deg));
+        if (a.course == Course::outward) out += fmt::format("outward = {}\n", list(a.through));
+        if (a.course == Course::field) out += fmt::format("field = {}\n", toml_string(a.file));
+    }
+    if (a.kind == Anisotropy::Kind::orthotropic)
+        out += fmt::format("moduli_pa = {}\naxes = [{}, {}]\n", list(a.moduli), list(a.axes.col(0)),
+                           list(a.axes.col(1)));
+}
+
 }  // namespace
 
 std::string to_toml(const Scene& scene) {
@@ -140,6 +158,8 @@ std::string to_toml(const Scene& scene) {
     out += m.surface_ratio ? fmt::format("surface_ratio = {}\n", real(*m.surface_ratio))
                            : fmt::format("surface_n_m = {}\n", real(m.surface));
     out += fmt::format("damping_ratio = {}\npoisson = {}\n", real(m.damping), real(m.poisson));
+
+    write(out, m.anisotropy);
 
     out += fmt::format("\n[body]\nscheme = \"{}\"\n", to_string(scene.scheme));
     if (scene.centre.kind == CentreKind::given)

@@ -10,6 +10,7 @@
 #include "innerspring/mesh/read.h"
 #include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/weld.h"
+#include "innerspring/record/fibres.h"
 
 namespace innerspring {
 
@@ -142,7 +143,10 @@ Tool to_tool(const SceneTool& t) {
 
 Setup set_up(const Scene& scene) {
     LoadedMesh loaded = load_mesh(scene.mesh, scene.unit, scene.normalize, scene.weld);
-    Setup setup{build_body(std::move(loaded.mesh), scene.material, {scene.scheme, scene.centre, scene.free}),
+    Material material = scene.material;
+    if (Anisotropy& a = material.anisotropy; a.course == Anisotropy::Course::field && !a.field)
+        a.field = nearest_fibre(read_fibres(a.file));
+    Setup setup{build_body(std::move(loaded.mesh), material, {scene.scheme, scene.centre, scene.free}),
                 {},
                 {},
                 std::move(loaded.notes)};

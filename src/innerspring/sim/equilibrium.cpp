@@ -45,6 +45,7 @@ struct Problem : Minimand {
     Field place;  ///< where each vertex would rest without the net
     Team team;
     std::optional<FrameMotion> motion;
+    HomeFrame frame_there;  ///< of linearise()
     std::optional<Preconditioner> inverse;
 
     Problem(const Body& b, const Loads& loads, double time, int threads)
@@ -64,9 +65,9 @@ struct Problem : Minimand {
 
     double evaluate(const Field& x, Field& g) override {
         double homes = 0;
+        const HomeFrame frame = home_frame(body, x, team);
         if (body.free) {
             // K/2 |x - h|^2 - f x = K/2 |x - z|^2 - f h - f^2/(2 K); h moves with the frame.
-            const HomeFrame frame = home_frame(body, x, team);
             for (std::size_t i = 0; i < place.size(); ++i) {
                 const Vector h = frame.R * body.rest.positions[i] + frame.t;
                 place[i] = h + load[i] / body.K[i];
@@ -75,7 +76,8 @@ struct Problem : Minimand {
                                    : -load[i].dot(h - body.rest.positions[i]);
             }
         }
-        const double springs = homes + net.evaluate(x, body.K, place, pinned, g, team).total();
+        const double springs = homes + net.evaluate(x, body.K, place, pinned, g, team).total() +
+                               add_deviation(body, frame, x, pinned, g, team);
         return volume.term.active() ? springs + volume.add_gradient(x, pinned, g, team) : springs;
     }
 
@@ -88,7 +90,8 @@ struct Problem : Minimand {
             inverse.emplace(body);
             inverse->factorize(body, body.K, pinned);
         }
-        if (body.free) motion.emplace(body, home_frame(body, x, team), x);
+        frame_there = home_frame(body, x, team);
+        if (body.free) motion.emplace(body, frame_there, x);
         inverse->follow(body, x);
         inverse->set_normal_stiffness(body, body.K, x, 1);
         if (volume.term.active())
@@ -98,6 +101,7 @@ struct Problem : Minimand {
 
     double multiply(const Field& p, Field& q) override {
         double pq = net.multiply(body.K, p, pinned, q, team);
+        pq += multiply_deviation(body, frame_there, p, pinned, q, team);
         if (motion) pq += motion->add_to(p, pinned, q);
         if (volume.term.active()) pq += volume.add_product(p, pinned, q, team);
         return pq;
@@ -109,15 +113,15 @@ struct Problem : Minimand {
     }
 
     void settle(Field& x) override {
-        // The places of a free body move with it, and settling knows nothing of the volume.
-        if (!body.free && !volume.term.active()) net.settle(x, body.K, place, pinned);
+        // The places of a free body move with it, and settling knows nothing of volume and directions.
+        if (!body.free && !volume.term.active() && body.N.empty()) net.settle(x, body.K, place, pinned);
     }
 
     /// What rounding leaves of a sum of spring forces that cancel [N].
     double rounding(const Field& x) const {
         double stiffest = 0, farthest = 0;
         for (std::size_t i = 0; i < x.size(); ++i) {
-            double k = body.K[i];
+            double k = stiffest_share(body.material) * body.K[i];
             for (const Spoke& spoke : body.spokes_of(i)) k += spoke.k;
             stiffest = std::max(stiffest, k);
             farthest = std::max(farthest, x[i].norm());
@@ -168,7 +172,10 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
         Vector sum = Vector::Zero();
         double K = 0;
         for (std::size_t i = 0; i < n; ++i) sum += g[i], K += body.K[i];
-        for (Vector& x : state.x) x -= sum / K;
+        const Vector by =
+            body.N.empty() ? Vector(sum / K)
+                           : Vector((K * Eigen::Matrix3d::Identity() + deviation_sum(body)).llt().solve(sum));
+        for (Vector& x : state.x) x -= by;
         energy = problem.evaluate(state.x, g);
     }
     report.residual_n = largest_norm(g);

@@ -14,17 +14,39 @@ struct HomeFrame {
     Vector t = Vector::Zero();
 };
 
-/// The frame that minimises sum_i K_i |x_i - R q_i - t|^2 (polar decomposition); the identity for a held
-/// body. Then the inner springs exert no net force and no net torque.
+/// The frame that minimises the energy of the inner springs, sum_i K_i |x_i - R q_i - t|^2 / 2 (polar
+/// decomposition); the identity for a held body. Then the inner springs exert no net force and no net torque.
+/// For an anisotropic body that energy is sum_i r_i . (K_i + N_i) r_i / 2, r_i = R^T (x_i - t) - q_i, from
+/// there on by Newton's method in the six numbers of the frame.
 HomeFrame home_frame(const Body& body, Positions x, Team& team);
 
 // Each force with its energy beside it; every force is minus the gradient of its energy. Forces are added to
 // f [N], energies in [J].
 
-/// sum_i K_i |x_i - h_i|^2 / 2. The frame's own change does not matter to first order, as the frame minimises
-/// this energy.
+/// Force of the inner spring of a vertex that is `u` away from its home [m]: -K_i u, and for an anisotropic
+/// body -R N_i R^T u, N_i turning with the frame.
+inline Vector inner_force(const Body& body, const HomeFrame& frame, std::size_t i, const Vector& u) {
+    if (body.N.empty()) return -body.K[i] * u;
+    if (!body.free) return -(body.K[i] * u + body.N[i] * u);
+    const Vector local = frame.R.transpose() * u;
+    return -(frame.R * (body.K[i] * local + body.N[i] * local));
+}
+
+/// sum_i u_i . (K_i + R N_i R^T) u_i / 2, u_i = x_i - h_i. The frame's own change does not matter to first
+/// order, as the frame minimises this energy.
 double inner_energy(const Body& body, const HomeFrame& frame, Positions x);
 void add_inner_forces(const Body& body, const HomeFrame& frame, Positions x, std::span<Vector> f);
+
+/// The part of an anisotropic body's inner springs that springs of K_i are not: sum_i u_i . R N_i R^T u_i
+/// / 2. Adds its gradient to g where not `fixed` and returns the energy; the same bits for any number of
+/// threads.
+double add_deviation(const Body& body, const HomeFrame& frame, Positions x, const std::vector<bool>& fixed,
+                     std::span<Vector> g, Team& team);
+/// q_i += R N_i R^T p_i where not fixed; returns what that adds to p . q [J].
+double multiply_deviation(const Body& body, const HomeFrame& frame, std::span<const Vector> p,
+                          const std::vector<bool>& fixed, std::span<Vector> q, Team& team);
+/// sum_i N_i [N/m].
+Eigen::Matrix3d deviation_sum(const Body& body);
 
 /// sum_e k_e (|x_a - x_b| - l_e)^2 / 2.
 double surface_energy(const Body& body, Positions x);

@@ -6,25 +6,32 @@
 namespace innerspring {
 
 /// The frame of a free body follows x: its Hessian is H - B S^-1 B^T, S the 6 x 6 second derivative of the
-/// inner energy by a small translation and rotation of the homes, B_i = K_i [I, -[r_i]x] the mixed one,
-/// r_i = h_i - mean of x.
+/// inner energy by a small translation and rotation of the frame, B_i the mixed one. In the frame, about the
+/// mean of x, with y_i = R^T (x_i - mean), r_i = R^T (x_i - h_i) and f_i = K_i r_i (K_i a matrix if
+/// anisotropic),
+///     B_i = R [-K_i, K_i [y_i]x - [f_i]x],
+///     S = sum_i [K_i, -K_i [y_i]x; ., [y_i]x^T K_i [y_i]x + sym(f_i y_i^T) - f_i . y_i].
 class FrameMotion {
   public:
     FrameMotion(const Body& body, const HomeFrame& frame, const std::vector<Vector>& x)
-        : body_(body), r_(x.size()) {
+        : body_(body), R_(frame.R), y_(x.size()), f_(x.size()) {
         Vector mean = Vector::Zero();
         double K = 0;
         for (std::size_t i = 0; i < x.size(); ++i) mean += body.K[i] * x[i], K += body.K[i];
         mean /= K;
         Matrix6 S = Matrix6::Zero();
-        S.topLeftCorner<3, 3>().diagonal().setConstant(K);
         for (std::size_t i = 0; i < x.size(); ++i) {
-            r_[i] = frame.R * body.rest.positions[i] + frame.t - mean;
-            const Vector y = x[i] - mean;
-            const Eigen::Matrix3d yr = y * r_[i].transpose();
-            S.bottomRightCorner<3, 3>() +=
-                body.K[i] * (y.dot(r_[i]) * Eigen::Matrix3d::Identity() - (yr + yr.transpose()) / 2);
+            y_[i] = R_.transpose() * (x[i] - mean);
+            f_[i] = stretched(i, R_.transpose() * (x[i] - (frame.R * body.rest.positions[i] + frame.t)));
+            for (int j = 0; j < 3; ++j) {
+                const Vector e = Vector::Unit(j), turned = stretched(i, y_[i].cross(e));
+                S.col(j).head<3>() += stretched(i, e);
+                S.col(j + 3).head<3>() -= turned;
+                S.col(j + 3).tail<3>() +=
+                    turned.cross(y_[i]) + (f_[i] * y_[i][j] + y_[i] * f_[i][j]) / 2 - f_[i].dot(y_[i]) * e;
+            }
         }
+        S.bottomLeftCorner<3, 3>() = S.topRightCorner<3, 3>().transpose();
         S_.compute(S);
         // Not so only where the frame is about to flip; then it is held.
         positive_ = S_.info() == Eigen::Success;
@@ -36,20 +43,29 @@ class FrameMotion {
         if (!positive_) return 0;
         Vector6 b = Vector6::Zero();
         for (std::size_t i = 0; i < p.size(); ++i) {
-            b.head<3>() += body_.K[i] * p[i];
-            b.tail<3>() += body_.K[i] * r_[i].cross(p[i]);
+            const Vector local = R_.transpose() * p[i], Kp = stretched(i, local);
+            b.head<3>() -= Kp;
+            b.tail<3>() += Kp.cross(y_[i]) + f_[i].cross(local);
         }
         const Vector6 a = S_.solve(b);
+        const Vector s = a.head<3>(), w = a.tail<3>();
         for (std::size_t i = 0; i < p.size(); ++i)
-            if (!pinned[i]) q[i] -= body_.K[i] * (a.head<3>() + a.tail<3>().cross(r_[i]));
+            if (!pinned[i]) q[i] -= R_ * (stretched(i, y_[i].cross(w) - s) - f_[i].cross(w));
         return -a.dot(b);
     }
 
   private:
     using Matrix6 = Eigen::Matrix<double, 6, 6>;
     using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+    /// K_i v in the frame.
+    Vector stretched(std::size_t i, const Vector& v) const {
+        return body_.N.empty() ? Vector(body_.K[i] * v) : Vector(body_.K[i] * v + body_.N[i] * v);
+    }
+
     const Body& body_;
-    std::vector<Vector> r_;
+    Eigen::Matrix3d R_;
+    std::vector<Vector> y_, f_;
     Eigen::LLT<Matrix6> S_;
     bool positive_ = false;
 };

@@ -45,6 +45,7 @@ void ImplicitSolver::resize() {
 }
 
 void ImplicitSolver::set_stiffness() {
+    stiffest_ = stiffest_share(body_.material);
     d_.resize(body_.vertices());
     for (std::size_t i = 0; i < d_.size(); ++i) d_[i] = body_.m[i] / (h_ * h_) + body_.c[i] / h_ + body_.K[i];
 }
@@ -85,9 +86,9 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     Team& team = *team_;
     const std::size_t n = body_.vertices();
     double constant = 0;
+    const HomeFrame frame = home_frame(body_, x, team);
     if (body_.free) {
         // Three springs to one: m/h^2 to y, c/h to where v_home would take x^n, K to home.
-        const HomeFrame frame = home_frame(body_, x, team);
         RigidMotion home;
         if (body_.material.damping > 0) {
             for (std::size_t i = 0; i < n; ++i) velocity_[i] = (x[i] - start_[i]) / h_;
@@ -107,13 +108,13 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     }
     const Net::Value value = net_.evaluate(x, d_, z_, is_pinned_, g, team);
     gradient2_ = value.gradient2;
-    double total = value.total() + constant / 2;
+    double total = value.total() + constant / 2 + add_deviation(body_, frame, x, is_pinned_, g, team);
     if (volume_.term.active()) total += volume_.add_gradient(x, is_pinned_, g, team);
     if (!hold_.empty()) {
         total += hold_.add_friction(x, g);
         hold_.project(g);
     }
-    if (volume_.term.active() || !hold_.empty()) gradient2_ = dot(g, g);
+    if (volume_.term.active() || !hold_.empty() || !body_.N.empty()) gradient2_ = dot(g, g);
     return total;
 }
 
@@ -131,13 +132,15 @@ double ImplicitSolver::residual(const Field& g) const {
 void ImplicitSolver::linearise(const Field& x) {
     net_.linearise(x, *team_);
     hold_.linearise(x);
-    if (body_.free) motion_.emplace(body_, home_frame(body_, x, *team_), x);
+    frame_ = home_frame(body_, x, *team_);
+    if (body_.free) motion_.emplace(body_, frame_, x);
     inverse_.set_normal_stiffness(body_, d_, x, 1);
     if (volume_.term.active()) respond(x);
 }
 
 double ImplicitSolver::multiply(const Field& p, Field& q) {
     double pq = net_.multiply(d_, p, is_pinned_, q, *team_);
+    pq += multiply_deviation(body_, frame_, p, is_pinned_, q, *team_);
     if (motion_) pq += motion_->add_to(p, is_pinned_, q);
     if (volume_.term.active()) pq += volume_.add_product(p, is_pinned_, q, *team_);
     pq += hold_.multiply_friction(p, q);
@@ -153,8 +156,9 @@ double ImplicitSolver::precondition(const Field& r, Field& z) {
 }
 
 void ImplicitSolver::settle(Field& x) {
-    // The places of a free body move with it, and settling knows nothing of the volume.
-    if (!body_.free && !volume_.term.active()) net_.settle(x, d_, z_, hold_.empty() ? is_pinned_ : still_);
+    // The places of a free body move with it, and settling knows nothing of volume and directions.
+    if (!body_.free && !volume_.term.active() && body_.N.empty())
+        net_.settle(x, d_, z_, hold_.empty() ? is_pinned_ : still_);
 }
 
 void ImplicitSolver::respond(const Field& x) {
@@ -173,8 +177,7 @@ void ImplicitSolver::begin_pressure() {
     }
     if (volume_.term.hard()) {
         evaluate(at_);
-        if (volume_.give > 0)
-            volume_.lambda = (dot(volume_.response, at_.g) - volume_.excess) / volume_.give;
+        if (volume_.give > 0) volume_.lambda = (dot(volume_.response, at_.g) - volume_.excess) / volume_.give;
     }
     volume_.stiffen(100);
     evaluate(at_);
@@ -261,11 +264,13 @@ void ImplicitSolver::settle_translation() {
     Vector g = Vector::Zero();
     double d = 0;
     for (std::size_t i = 0; i < d_.size(); ++i) g += at_.g[i], d += d_[i];
-    const Vector by = -g / d;
+    Vector by = -g / d;
+    if (!body_.N.empty()) by = -(d * Eigen::Matrix3d::Identity() + deviation_sum(body_)).llt().solve(g);
     double gradient2 = 0;
     for (std::size_t i = 0; i < d_.size(); ++i) {
         at_.x[i] += by;
         at_.g[i] += d_[i] * by;
+        if (!body_.N.empty()) at_.g[i] += body_.N[i] * by;
         gradient2 += at_.g[i].squaredNorm();
     }
     at_.value += g.dot(by) / 2;
@@ -307,7 +312,7 @@ bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, do
     for (int round = 0; round < most_rounds; ++round) {
         // Each touched vertex by itself, against no less than its neighbours resist with.
         for (Candidate& c : candidates) {
-            double D = d_[c.vertex];
+            double D = d_[c.vertex] + (stiffest_ - 1) * body_.K[c.vertex];
             for (const Spoke& spoke : body_.spokes_of(c.vertex)) D += 2 * spoke.k;
             c.inverse_mass = c.inverse_mass > 0 ? 1 / (h_ * h_ * D) : 0;
             c.x = start_[c.vertex];
@@ -378,6 +383,10 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         rounding2 += d_[i] * d_[i] * at_.x[i].squaredNorm();
         resting += body_.free ? m * (state.x[i] - target_[i]).squaredNorm()
                               : d_[i] * (state.x[i] - z_[i]).squaredNorm();
+        if (!body_.free && !body_.N.empty()) {
+            const Vector u = state.x[i] - body_.rest.positions[i];
+            resting += u.dot(body_.N[i] * u);
+        }
     }
     // Zero again, so that nothing is left of these loads when others come.
     for (const Force& f : loads.forces)

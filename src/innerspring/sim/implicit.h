@@ -78,6 +78,7 @@ class ImplicitSolver : private Minimand {
     bool factorized_ = false;
     std::vector<bool> is_pinned_;
     std::vector<double> d_;  ///< m/h^2 + c/h + K [N/m]
+    double stiffest_ = 1;    ///< stiffest_share()
     Net net_;
     Preconditioner inverse_;
     VolumePart volume_;
@@ -88,6 +89,7 @@ class ImplicitSolver : private Minimand {
     std::vector<bool> still_;  ///< pinned or touched
     Newton newton_;
     std::optional<FrameMotion> motion_;  ///< of a free body
+    HomeFrame frame_;                    ///< at the place of linearise()
     Team* team_ = nullptr;
     double gradient2_ = 0;  ///< of the last evaluate() [N^2]
     Point at_, trial_;

@@ -15,7 +15,7 @@ template <bool Held>
 Vector velocity_after(const KernelStep& s, std::size_t i) {
     const Body& b = s.body;
     const Vector home = Held ? b.rest.positions[i] : Vector(s.frame.R * b.rest.positions[i] + s.frame.t);
-    Vector F = surface_force(b, s.x, i) - b.K[i] * (s.x[i] - home);
+    Vector F = surface_force(b, s.x, i) + inner_force(b, s.frame, i, s.x[i] - home);
     if (s.external) F += s.external[i];
     return s.v[i] + s.h * (F / b.m[i] + s.gravity);
 }

@@ -71,6 +71,12 @@ std::vector<Index> walk(const Body& body) {
     return order;
 }
 
+void set_matrix(PackedStiffness& to, std::size_t lane, const Symmetric& K, double inverse_m) {
+    to.xx[lane] = float(K.xx * inverse_m), to.xy[lane] = float(K.xy * inverse_m);
+    to.xz[lane] = float(K.xz * inverse_m), to.yy[lane] = float(K.yy * inverse_m);
+    to.yz[lane] = float(K.yz * inverse_m), to.zz[lane] = float(K.zz * inverse_m);
+}
+
 /// Writes all that does not move of the vertex at a place. The slice must have slots enough.
 void fill(Packed& p, const Body& body, std::size_t place) {
     const std::size_t slice = place / slice_width, lane = place % slice_width;
@@ -81,6 +87,7 @@ void fill(Packed& p, const Body& body, std::size_t place) {
     if (i == no_index) {  // held by an enormous drag
         for (auto& rows : p.rows) rows[place] = {};
         c.inverse_m[lane] = c.K_m[lane] = 0, c.c_m[lane] = 1e30f;
+        if (!p.stiffness_matrix.empty()) set_matrix(p.stiffness_matrix[slice], lane, {}, 0);
         for (std::size_t n = 0; n < count; ++n) slots[n].offset[lane] = 0, slots[n].k[lane] = 0;
         return;
     }
@@ -90,6 +97,11 @@ void fill(Packed& p, const Body& body, std::size_t place) {
     c.inverse_m[lane] = float(p.stiffness / body.m[i]);
     c.K_m[lane] = float(body.K[i] / body.m[i]);
     c.c_m[lane] = float(body.c[i] / body.m[i]);
+    if (!p.stiffness_matrix.empty()) {
+        const auto& [xx, xy, xz, yy, yz, zz] = body.N[i];
+        const double K = body.K[i];
+        set_matrix(p.stiffness_matrix[slice], lane, {K + xx, xy, xz, K + yy, yz, K + zz}, 1 / body.m[i]);
+    }
     const std::span<const Spoke> spokes = body.spokes_of(i);
     const Spoke* spoke = &spokes.front();
     for (std::size_t n = 0; n < count; ++n) {
@@ -117,6 +129,7 @@ void append_slice(Packed& p) {
     for (auto& rows : p.rows) rows.resize(rows.size() + slice_width);
     p.v.emplace_back();
     p.coefficients.emplace_back();
+    if (!p.stiffness_matrix.empty()) p.stiffness_matrix.emplace_back();
     p.ranges.push_back({0, 0});
     p.vertex_at.resize(p.vertex_at.size() + slice_width, no_index);
 }
@@ -175,7 +188,8 @@ bool packable(const Body& body) {
     const double k = *std::max_element(body.k.begin(), body.k.end());
     const auto fits = [](double number) { return number < 1e30; };
     for (std::size_t i = 0; i < body.vertices(); ++i)
-        if (!fits(k / body.m[i]) || !fits(body.K[i] / body.m[i]) || !fits(body.c[i] / body.m[i]))
+        if (!fits(k / body.m[i]) || !fits(stiffest_share(body.material) * body.K[i] / body.m[i]) ||
+            !fits(body.c[i] / body.m[i]))
             return false;
     return std::isnormal(body.radius) && (k == 0 || std::isnormal(k)) && body.radius > 1e-100 &&
            body.radius < 1e100;
@@ -193,6 +207,7 @@ Packed pack(const Body& body) {
     const std::size_t slices = (body.vertices() + slice_width - 1) / slice_width;
     for (auto& rows : p.rows) rows.resize(slices * slice_width);
     p.v.resize(slices), p.coefficients.resize(slices), p.ranges.resize(slices);
+    if (!body.N.empty()) p.stiffness_matrix.resize(slices);
     p.vertex_at = walk(body);
     p.vertex_at.resize(slices * slice_width, no_index);
     p.place_of.resize(body.vertices());
@@ -373,7 +388,8 @@ bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gra
                           p.v.data(),
                           float(h),
                           {float(hg.x()), float(hg.y()), float(hg.z())},
-                          p.area.empty() ? nullptr : p.area.data()};
+                          p.area.empty() ? nullptr : p.area.data(),
+                          p.stiffness_matrix.empty() ? nullptr : p.stiffness_matrix.data()};
     const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
     std::atomic<bool> finite{true};
     const auto run = [&](std::size_t block, PackedSums* sums) {

@@ -19,11 +19,13 @@ namespace innerspring {
 ///
 /// Per vertex with six neighbours: 2 x 32 B of rows, 12 B of v, 12 B of coefficients, 48 B of slots, 8 B of
 /// maps: 144 B, of which a step reads 104 B and writes 28 B. Flops: 6 x 40 + 40 with 6 roots and 7 divisions.
+/// An anisotropic body has 24 B more, and 12 flops.
 struct Packed {
     LargeArray<PackedRow> rows[2];  ///< what was read last, and what is written next
     LargeArray<PackedVectors> v;
     LargeArray<PackedCoefficients> coefficients;
     LargeArray<PackedSlot> slots;
+    LargeArray<PackedStiffness> stiffness_matrix;  ///< of an anisotropic body; else empty
     LargeArray<PackedVectors> area;  ///< 6 a_i of the last step, for the volume term; empty without
     double rest_volume = 0;          ///< Eq. 4 at rest as the kernels find it
     std::vector<SlotRange> ranges;
@@ -69,9 +71,10 @@ void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
 /// What the volume term needs of a step, in SI units.
 struct VolumeFlow {
-    double excess = 0;  ///< V - V_0 before the step, to some 1e-7/sqrt(N) of V [m^3]; V without the volume term
-    double flow = 0;    ///< sum_i a_i . v'_i [m^3/s]; only with the volume term
-    double give = 0;    ///< sum_i |a_i|^2 / (m_i + h c_i) [m^4/kg]; only with the volume term
+    double excess =
+        0;            ///< V - V_0 before the step, to some 1e-7/sqrt(N) of V [m^3]; V without the volume term
+    double flow = 0;  ///< sum_i a_i . v'_i [m^3/s]; only with the volume term
+    double give = 0;  ///< sum_i |a_i|^2 / (m_i + h c_i) [m^4/kg]; only with the volume term
 };
 
 /// One symplectic Euler step of h [s] under gravity [m/s^2], but for the volume term. False if something left

@@ -67,7 +67,24 @@ void own_rows(std::size_t i, std::uint32_t* own) {
     for (std::size_t n = 0; n < S::width; ++n) own[n] = std::uint32_t((i + n) * sizeof(PackedRow));
 }
 
-template <class S, Sums sums>
+/// h times the pull of the inner springs on displacements u, over the masses.
+template <class S, bool anisotropic>
+void inner_pull(const PackedStep& s, std::size_t slice, std::size_t lane, typename S::F h,
+                const typename S::F* u, typename S::F* pull) {
+    using F = typename S::F;
+    if constexpr (anisotropic) {
+        const PackedStiffness& K = s.stiffness[slice];
+        const F xy = S::load(K.xy + lane), xz = S::load(K.xz + lane), yz = S::load(K.yz + lane);
+        pull[0] = h * (S::load(K.xx + lane) * u[0] + xy * u[1] + xz * u[2]);
+        pull[1] = h * (xy * u[0] + S::load(K.yy + lane) * u[1] + yz * u[2]);
+        pull[2] = h * (xz * u[0] + yz * u[1] + S::load(K.zz + lane) * u[2]);
+    } else {
+        const F hK_m = h * S::load(s.coefficients[slice].K_m + lane);
+        for (int axis = 0; axis < 3; ++axis) pull[axis] = hK_m * u[axis];
+    }
+}
+
+template <class S, Sums sums, bool anisotropic>
 bool advance(const PackedStep& s, std::size_t first, std::size_t last, PackedSums* result) {
     using F = typename S::F;
     const F h = S::all(s.h), one = S::all(1), zero = S::all(0);
@@ -109,11 +126,13 @@ bool advance(const PackedStep& s, std::size_t first, std::size_t last, PackedSum
             PackedVectors& v = s.v[slice];
             // v' = (v + h (F/m - K/m u + g)) / (1 + h c/m),  u' = u + h v'
             const F inverse_m = S::load(c.inverse_m + lane);
-            const F h_m = h * inverse_m, hK_m = h * S::load(c.K_m + lane);
+            const F h_m = h * inverse_m;
+            F pull[3];
+            inner_pull<S, anisotropic>(s, slice, lane, h, u, pull);
             const F damp = one / (one + h * S::load(c.c_m + lane));
-            const F vx = (S::load(v.x + lane) + (h_m * fx - hK_m * u[0]) + hg[0]) * damp;
-            const F vy = (S::load(v.y + lane) + (h_m * fy - hK_m * u[1]) + hg[1]) * damp;
-            const F vz = (S::load(v.z + lane) + (h_m * fz - hK_m * u[2]) + hg[2]) * damp;
+            const F vx = (S::load(v.x + lane) + (h_m * fx - pull[0]) + hg[0]) * damp;
+            const F vy = (S::load(v.y + lane) + (h_m * fy - pull[1]) + hg[1]) * damp;
+            const F vz = (S::load(v.z + lane) + (h_m * fz - pull[2]) + hg[2]) * damp;
             const F x = u[0] + h * vx, y = u[1] + h * vy, z = u[2] + h * vz;
             S::store(v.x + lane, vx), S::store(v.y + lane, vy), S::store(v.z + lane, vz);
             S::put(s.out[i].u, sizeof(PackedRow) / sizeof(float), x, y, z);
@@ -188,11 +207,17 @@ bool press_slices(const PackedPress& s, std::size_t first, std::size_t last) {
     return finite;
 }
 
+template <class S, Sums sums>
+bool advance_kind(const PackedStep& step, std::size_t first, std::size_t last, PackedSums* result) {
+    return step.stiffness ? advance<S, sums, true>(step, first, last, result)
+                          : advance<S, sums, false>(step, first, last, result);
+}
+
 template <class S>
 bool advance_slices(const PackedStep& step, std::size_t first, std::size_t last, PackedSums* sums) {
-    return !sums        ? advance<S, Sums::none>(step, first, last, nullptr)
-           : !step.area ? advance<S, Sums::volume>(step, first, last, sums)
-                        : advance<S, Sums::pressure>(step, first, last, sums);
+    return !sums        ? advance_kind<S, Sums::none>(step, first, last, nullptr)
+           : !step.area ? advance_kind<S, Sums::volume>(step, first, last, sums)
+                        : advance_kind<S, Sums::pressure>(step, first, last, sums);
 }
 
 }  // namespace

@@ -29,14 +29,25 @@ void Preconditioner::follow(const Body& body, const std::vector<Vector>& x) {
     normal_ = unit_normals(x, body.rest.triangles);
 }
 
+std::span<const double> Preconditioner::in_plane(const Body& body, std::span<const double> d) {
+    deviation_.clear();
+    if (body.N.empty()) return d;
+    plane_.resize(d.size());
+    for (std::size_t i = 0; i < d.size(); ++i) {
+        deviation_.push_back(rest_normal_[i].dot(body.N[i] * rest_normal_[i]));
+        plane_[i] = d[i] - deviation_[i] / 2;
+    }
+    return plane_;
+}
+
 void Preconditioner::factorize(const Body& body, std::span<const double> d, const std::vector<bool>& pinned) {
-    factor_.factorize(body, d, pinned);
+    factor_.factorize(body, in_plane(body, d), pinned);
 }
 
 void Preconditioner::adapt(const Body& body, std::span<const double> d, const std::vector<bool>& pinned,
                            const SurfaceChange& surface, const BodyChange& change) {
-    factor_.adapt(body, d, pinned, surface, change);
     find_normals(body);
+    factor_.adapt(body, in_plane(body, d), pinned, surface, change);
 }
 
 void Preconditioner::adapt_order(const Body& body, const SurfaceChange& surface, const BodyChange& change) {
@@ -56,7 +67,7 @@ void Preconditioner::set_normal_stiffness(const Body& body, std::span<const doub
             const double along = normal_[i].dot(by) * normal_[i].dot(by) / length2;
             D += spoke.k * (along + (1 - along) * std::max(0.0, 1 - spoke.rest / std::sqrt(length2)));
         }
-        compliance_[i] = 1 / (d[i] + share * D);
+        compliance_[i] = 1 / (d[i] + (deviation_.empty() ? 0 : deviation_[i]) + share * D);
     }
 }
 

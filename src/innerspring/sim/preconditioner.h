@@ -8,7 +8,8 @@ namespace innerspring {
 /// in its own plane as the Laplacian L of the k_e does, and hardly across it. So: the factor of diag(d) + L
 /// in the tangent plane, a diagonal along the normal n,
 ///     z = (I - n n^T) (diag(d) + L)^-1 (I - n n^T) r + n (n . r) / D_i,
-/// symmetric and positive definite whatever n and D are.
+/// symmetric and positive definite whatever n and D are. Of an anisotropic body the tangent plane has d_i and
+/// half the trace of N_i in that plane, -n . N_i n / 2 as N_i has none, and the normal d_i + n . N_i n.
 class Preconditioner {
   public:
     explicit Preconditioner(const Body& body);
@@ -38,10 +39,12 @@ class Preconditioner {
     template <class Real>
     double run(const std::vector<Vector>& r, std::vector<Vector>& z, std::vector<Real>& w, Team& team) const;
     void find_normals(const Body& body);
+    std::span<const double> in_plane(const Body& body, std::span<const double> d);
 
     Factor factor_;
     std::vector<Vector> rest_normal_, normal_;
-    std::vector<double> compliance_;  ///< 1 / D_i [m/N]
+    std::vector<double> compliance_;         ///< 1 / D_i [m/N]
+    std::vector<double> deviation_, plane_;  ///< anisotropic: n . N_i n at rest, and d_i in the plane [N/m]
     mutable std::vector<float> float_work_;
     mutable std::vector<double> double_work_, blocks_;
 };

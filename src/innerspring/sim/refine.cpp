@@ -47,8 +47,8 @@ Tally tally(const Body& body, const State& state, const HomeFrame& frame, const 
     for (Index i : part.vertices) {
         sum.moments.add(body.m[i], state.x[i] - about, state.v[i]);
         sum.kinetic += body.m[i] * state.v[i].squaredNorm() / 2;
-        sum.elastic +=
-            body.K[i] * (state.x[i] - (frame.R * body.rest.positions[i] + frame.t)).squaredNorm() / 2;
+        const Vector u = state.x[i] - (frame.R * body.rest.positions[i] + frame.t);
+        sum.elastic -= u.dot(inner_force(body, frame, i, u)) / 2;
     }
     for (Index e : part.edges) {
         const double stretch =

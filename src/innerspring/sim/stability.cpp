@@ -7,10 +7,10 @@ namespace innerspring {
 
 namespace {
 
-/// (B w)_i, w = 1 where it is null.
-double row(const Body& body, const double* w, std::size_t i) {
+/// (B w)_i, w = 1 where it is null. `share` is stiffest_share().
+double row(const Body& body, double share, const double* w, std::size_t i) {
     const double w_i = w ? w[i] : 1.0;
-    double sum = body.K[i] * w_i;
+    double sum = share * body.K[i] * w_i;
     for (const Spoke& spoke : body.spokes_of(i)) sum += spoke.k * (w_i + (w ? w[spoke.neighbour] : 1.0));
     return sum / body.m[i];
 }
@@ -19,9 +19,9 @@ double row(const Body& body, const double* w, std::size_t i) {
 void iterate(StabilityBound& bound, const Body& body, int n, std::size_t i) {
     const double* before = n > 0 ? bound.w[n - 1].data() : nullptr;
     if (n < StabilityBound::iterations)
-        bound.w[n][i] = bound.scale * row(body, before, i);
+        bound.w[n][i] = bound.scale * row(body, bound.stiffest, before, i);
     else
-        bound.ratio[i] = row(body, before, i) / before[i];
+        bound.ratio[i] = row(body, bound.stiffest, before, i) / before[i];
 }
 
 void find_worst(StabilityBound& bound) {
@@ -41,10 +41,11 @@ void add_neighbours(const Body& body, std::vector<Index>& vertices) {
 
 StabilityBound stability_bound(const Body& body) {
     StabilityBound bound;
+    bound.stiffest = stiffest_share(body.material);
     // Keeps w near 1 without changing a bit of the ratios.
     double gershgorin = 0;
     for (std::size_t i = 0; i < body.vertices(); ++i)
-        gershgorin = std::max(gershgorin, row(body, nullptr, i));
+        gershgorin = std::max(gershgorin, row(body, bound.stiffest, nullptr, i));
     bound.scale = std::isnormal(gershgorin) ? std::exp2(-std::ilogb(gershgorin)) : 1.0;
     for (auto& w : bound.w) w.resize(body.vertices());
     bound.ratio.resize(body.vertices());

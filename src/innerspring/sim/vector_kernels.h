@@ -36,6 +36,12 @@ struct alignas(64) PackedCoefficients {
     float inverse_m[slice_width], K_m[slice_width], c_m[slice_width];  ///< 1/m, K/m, c/m
 };
 
+/// Of an anisotropic body: K_i + N_i over m_i, in place of K/m.
+struct alignas(64) PackedStiffness {
+    float xx[slice_width], xy[slice_width], xz[slice_width], yy[slice_width], yz[slice_width],
+        zz[slice_width];
+};
+
 /// One symplectic Euler step of a held body (kernel.h's advance_held), in units of packed.h.
 struct PackedStep {
     const PackedSlot* slots;
@@ -47,6 +53,7 @@ struct PackedStep {
     float h;
     float hg[3];                    ///< h times gravity
     PackedVectors* area = nullptr;  ///< per slice: 6 a_i, written; for the volume term (volume.h)
+    const PackedStiffness* stiffness = nullptr;  ///< per slice, where the body is anisotropic
 };
 
 /// Over a block of slices, at the positions read and the velocities written.

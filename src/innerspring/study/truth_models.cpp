@@ -30,6 +30,11 @@ TruthAnswer body_answer(const TruthSubject& subject, const TruthLoad& load, cons
     return answer;
 }
 
+Material radial(Material material) {
+    material.anisotropy.kind = Anisotropy::Kind::radial;
+    return material;
+}
+
 Material with_volume(const TruthSubject& s) {
     Material material = s.material;
     material.poisson = s.poisson;
@@ -57,6 +62,13 @@ std::vector<TruthModel> truth_models() {
          true},
         {"C volume", "scheme C with the volume term at the reference's Poisson's ratio",
          [](const TruthSubject& s, const TruthLoad& l) { return body_answer(s, l, with_volume(s), {}); }},
+        {"C radial", "scheme C, the inner springs E towards the centre and E/2 across",
+         [](const TruthSubject& s, const TruthLoad& l) { return body_answer(s, l, radial(s.material), {}); }},
+        {"C radial volume",
+         "the same with the volume term, and across E/(2(1+nu)) of the reference's Poisson's ratio",
+         [](const TruthSubject& s, const TruthLoad& l) {
+             return body_answer(s, l, radial(with_volume(s)), {});
+         }},
         {"C bare volume", "the volume term with E_s = 0",
          [](const TruthSubject& s, const TruthLoad& l) {
              Material bare = with_volume(s);
