@@ -32,11 +32,14 @@ double pressure(const Body& body, const VertexContact& contact);
 /// A vertex that a tool may meet in this step of dt. The caller fills in x and v in each sub-step.
 struct Candidate {
     Index vertex;
-    bool changed = false;             ///< by resolve(): x and v are to be taken back
-    double inverse_mass = 0;          ///< [1/kg]; 0: pinned
-    Vector x, v;                      ///< in: x before the sub-step, v after it; out: both after it
-    Vector start;                     ///< x at the start of the step of dt
-    Vector free_v;                    ///< scratch of press_against_tools()
+    bool changed = false;     ///< by resolve(): x and v are to be taken back
+    double inverse_mass = 0;  ///< [1/kg]; 0: pinned
+    Vector x, v;              ///< in: x before the sub-step, v after it; out: both after it
+    Vector start;             ///< x at the start of the step of dt
+    Vector free_v;            ///< scratch of press_against_tools()
+    /// Of a free body: what the tools give it before the damping is known [m/s]. It is part of the motion
+    /// that is damped, and then found anew.
+    Vector foreseen = Vector::Zero();
     Vector impulse = Vector::Zero();  ///< by all tools in this step of dt [N s]
     double normal = 0;                ///< its normal part [N s]
     Index place = no_index;           ///< scratch

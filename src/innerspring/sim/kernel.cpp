@@ -11,6 +11,13 @@ bool finite(const Vector& x, const Vector& v) {
     return x.squaredNorm() + v.squaredNorm() < 1e200;
 }
 
+/// x' = x + h v', if x_out is given. False if the vertex left the numbers.
+bool moved(const KernelStep& s, std::size_t i) {
+    const Vector x = s.x[i] + s.h * s.v_out[i];
+    if (s.x_out) s.x_out[i] = x;
+    return finite(x, s.v_out[i]);
+}
+
 template <bool Held>
 Vector velocity_after(const KernelStep& s, std::size_t i) {
     const Body& b = s.body;
@@ -26,8 +33,7 @@ Index advance_held(const KernelStep& s, std::size_t first, std::size_t last) {
     Index bad = no_index;
     for (std::size_t i = first; i < last; ++i) {
         s.v_out[i] = velocity_after<true>(s, i) / (1 + s.h * s.body.c[i] / s.body.m[i]);
-        s.x_out[i] = s.x[i] + s.h * s.v_out[i];
-        if (!finite(s.x_out[i], s.v_out[i]) && bad == no_index) bad = Index(i);
+        if (!moved(s, i) && bad == no_index) bad = Index(i);
     }
     return bad;
 }
@@ -46,8 +52,7 @@ Index damp_and_move(const KernelStep& s, const RigidMotion& home, std::size_t fi
     for (std::size_t i = first; i < last; ++i) {
         const Vector v_home = home.linear + home.angular.cross(s.x[i] - home.centre);
         s.v_out[i] = v_home + (s.v_out[i] - v_home) / (1 + s.h * s.body.c[i] / s.body.m[i]);
-        s.x_out[i] = s.x[i] + s.h * s.v_out[i];
-        if (!finite(s.x_out[i], s.v_out[i]) && bad == no_index) bad = Index(i);
+        if (!moved(s, i) && bad == no_index) bad = Index(i);
     }
     return bad;
 }

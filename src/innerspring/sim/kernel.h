@@ -22,7 +22,7 @@ struct KernelStep {
     const Vector* external;  ///< per vertex [N], or null
     const Vector* x;
     const Vector* v;
-    Vector* x_out;
+    Vector* x_out;  ///< null: velocities only, as a pressure is to come
     Vector* v_out;
 };
 

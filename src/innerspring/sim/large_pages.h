@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <new>
 #include <vector>
@@ -19,7 +20,10 @@ struct LargePages {
     template <class Other>
     LargePages(const LargePages<Other>&) {}
 
-    static constexpr std::size_t alignment(std::size_t n) { return n * sizeof(T) < page ? alignof(T) : page; }
+    /// Small ones to a cache line, the longest vector.
+    static constexpr std::size_t alignment(std::size_t n) {
+        return n * sizeof(T) < page ? std::max<std::size_t>(alignof(T), 64) : page;
+    }
     static T* allocate(std::size_t n) {
         void* const p = ::operator new(n * sizeof(T), std::align_val_t(alignment(n)));
 #if defined(__linux__)

@@ -169,10 +169,10 @@ double volume_of(Packed& p, const LargeArray<PackedRow>& rows, const VectorKerne
 /// The volume term's arrays, and the volume from which it counts.
 void prepare_volume(Packed& p, const Body& body) {
     if (!(body.material.poisson > 0)) {
-        p.area = {};
+        p.response = {};
         return;
     }
-    p.area.resize(p.ranges.size());
+    p.response.resize(p.ranges.size());
     LargeArray<PackedRow> rest(p.rows[0].begin(), p.rows[0].end());
     for (PackedRow& row : rest) std::fill(std::begin(row.u), std::end(row.u), 0.0f);
     Team alone(1);
@@ -388,7 +388,7 @@ bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gra
                           p.v.data(),
                           float(h),
                           {float(hg.x()), float(hg.y()), float(hg.z())},
-                          p.area.empty() ? nullptr : p.area.data(),
+                          p.response.empty() ? nullptr : p.response.data(),
                           p.stiffness_matrix.empty() ? nullptr : p.stiffness_matrix.data()};
     const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
     std::atomic<bool> finite{true};
@@ -414,16 +414,15 @@ bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gra
     return finite;
 }
 
-Vector area(const Packed& p, Index vertex) {
-    const PackedVectors& a = p.area[p.place_of[vertex] / slice_width];
+Vector response(const Packed& p, Index vertex) {
+    const PackedVectors& r = p.response[p.place_of[vertex] / slice_width];
     const std::size_t lane = p.place_of[vertex] % slice_width;
-    return Vector(a.x[lane], a.y[lane], a.z[lane]) / (6 * p.scale * p.scale);
+    return Vector(r.x[lane], r.y[lane], r.z[lane]) / (6 * p.scale * p.scale * p.stiffness);
 }
 
-bool press(Packed& p, const VectorKernels& kernel, double h, double to_v_P, double to_u_P, Team& team) {
-    const double unit = 1 / (6 * p.scale * p.stiffness);
-    const PackedPress press{p.area.data(), p.coefficients.data(), p.rows[0].data(),    p.v.data(),
-                            float(h),      float(to_v_P * unit),  float(to_u_P * unit)};
+namespace {
+
+bool run_press(const Packed& p, const PackedPress& press, const VectorKernels& kernel, Team& team) {
     const std::size_t slices = p.ranges.size();
     std::atomic<bool> finite{true};
     each_block(p, blocks_of(slices), team, [&](std::size_t block) {
@@ -432,6 +431,21 @@ bool press(Packed& p, const VectorKernels& kernel, double h, double to_v_P, doub
         if (!kernel.press(press, first, last)) finite.store(false, std::memory_order_relaxed);
     });
     return finite;
+}
+
+}  // namespace
+
+bool press(Packed& p, const VectorKernels& kernel, double h, double P, Team& team) {
+    const double unit = 1 / (6 * p.scale * p.stiffness);
+    return run_press(
+        p, {p.response.data(), p.rows[1].data(), p.rows[0].data(), p.v.data(), float(h * P * unit), float(h)},
+        kernel, team);
+}
+
+bool shift(Packed& p, const VectorKernels& kernel, double to_u, Team& team) {
+    const double unit = 1 / (6 * p.scale * p.stiffness);
+    PackedRow* const rows = p.rows[0].data();
+    return run_press(p, {p.response.data(), rows, rows, nullptr, 0, float(to_u * unit)}, kernel, team);
 }
 
 double volume_excess(Packed& p, const VectorKernels& kernel, Team& team) {

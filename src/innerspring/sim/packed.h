@@ -26,8 +26,8 @@ struct Packed {
     LargeArray<PackedCoefficients> coefficients;
     LargeArray<PackedSlot> slots;
     LargeArray<PackedStiffness> stiffness_matrix;  ///< of an anisotropic body; else empty
-    LargeArray<PackedVectors> area;  ///< 6 a_i of the last step, for the volume term; empty without
-    double rest_volume = 0;          ///< Eq. 4 at rest as the kernels find it
+    LargeArray<PackedVectors> response;  ///< r_i of the last step, for the volume term; empty without
+    double rest_volume = 0;              ///< Eq. 4 at rest as the kernels find it
     std::vector<SlotRange> ranges;
     std::vector<Index> vertex_at;  ///< per place; no_index: a lane that stands still
     std::vector<Index> place_of;   ///< per vertex
@@ -77,18 +77,21 @@ struct VolumeFlow {
     double give = 0;  ///< sum_i |a_i|^2 / (m_i + h c_i) [m^4/kg]; only with the volume term
 };
 
-/// One symplectic Euler step of h [s] under gravity [m/s^2], but for the volume term. False if something left
-/// the numbers. `volume` is filled in if not null, as it must not be with the volume term. The same bits for
-/// any number of threads.
+/// One symplectic Euler step of h [s] under gravity [m/s^2]; with the volume term only its velocities, but
+/// for the pressure, and press() is to follow. False if something left the numbers. `volume` is filled in if
+/// not null, as it must not be with the volume term. The same bits for any number of threads.
 bool advance(Packed& packed, const VectorKernels& kernel, double h, const Vector& gravity, Team& team,
              VolumeFlow* volume = nullptr);
 
-/// a_i [m^2] at the positions before the last step.
-Vector area(const Packed& packed, Index vertex);
+/// dv_i / d(h P) = a_i / (m_i + h c_i) [m^2/kg] at the positions before the last step.
+Vector response(const Packed& packed, Index vertex);
 
-/// What a pressure P does in the step of h just taken: v_i += to_v P a_i / (m_i + h c_i) and u_i += to_u of
-/// the same, to_v [s] and to_u [s^2]. False if something left the numbers.
-bool press(Packed& packed, const VectorKernels& kernel, double h, double to_v_P, double to_u_P, Team& team);
+/// Ends a step of h [s] with the volume term: with r_i the responses, v_i += h P r_i and u_i += h v_i. False
+/// if something left the numbers.
+bool press(Packed& packed, const VectorKernels& kernel, double h, double P, Team& team);
+
+/// u_i += to_u r_i, to_u [kg m] without a speed.
+bool shift(Packed& packed, const VectorKernels& kernel, double to_u, Team& team);
 
 /// V - V_0 [m^3] as things are now, with the volume term.
 double volume_excess(Packed& packed, const VectorKernels& kernel, Team& team);

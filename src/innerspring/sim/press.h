@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+
 #include "innerspring/sim/contact.h"
 #include "innerspring/sim/volume.h"
 
@@ -34,10 +36,11 @@ struct Pressing {
 /// The pressure together with what tools do in a sub-step. `look(candidate)` fills in x before the sub-step
 /// and v after it without the missing pressure; a_of and r_of give a vertex's. Returns the pressure [Pa] that
 /// is still to be added for all but the candidates, whose x and v after the sub-step are complete. Pressing a
-/// body raises its pressure, which presses against the tool: the two are found in turns.
+/// body raises its pressure, which presses against the tool: the two are found in turns. `foresee`: only v,
+/// and Candidate::foreseen.
 template <class Look, class AreaOf, class ResponseOf>
-double press_against_tools(const Pressing& s, const Loads& loads, double time, Contact& contact, Look&& look,
-                           AreaOf&& a_of, ResponseOf&& r_of) {
+double press_against_tools(const Pressing& s, const Loads& loads, double time, bool foresee, Contact& contact,
+                           Look&& look, AreaOf&& a_of, ResponseOf&& r_of) {
     constexpr int most_rounds = 10;
     std::vector<Candidate>& candidates = contact.candidates();
     double P = s.missing(), answered = 0;
@@ -47,11 +50,16 @@ double press_against_tools(const Pressing& s, const Loads& loads, double time, C
         c.free_v = c.v;
     }
     if (contact.meet_all(loads, time, s.h)) {
+        double last = 0, answer = 0;  // of the round before
         for (int round = 0; round < most_rounds; ++round) {
             contact.settle(loads);
             double change = 0;
             for (const Candidate& c : candidates) change += a_of(c.vertex).dot(c.v - c.free_v);
-            const double more = s.answer(change) - answered;
+            // As long as the same points press the answer is linear in what was answered before: secants.
+            const double now = s.answer(change),
+                         slope = answered != last ? (now - answer) / (answered - last) : 0;
+            const double more = (now - answered) / (1 - std::clamp(slope, 0.0, 0.9));
+            last = answered, answer = now;
             answered += more, P += more;
             for (Candidate& c : candidates) {
                 const Vector by = s.h * more * r_of(c.vertex);
@@ -60,10 +68,13 @@ double press_against_tools(const Pressing& s, const Loads& loads, double time, C
             if (std::abs(more) <= 1e-9 * std::abs(P)) break;
         }
         contact.settle(loads);
-        contact.finish(s.h);
+        if (!foresee) contact.finish(s.h);
     }
     for (Candidate& c : candidates)
-        if (!c.changed) c.x += s.h * c.v;
+        if (foresee)
+            c.foreseen = c.v - c.free_v;
+        else if (!c.changed)
+            c.x += s.h * c.v;
     return P;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 // Vector operations, one struct per instruction set. `load` and `store` are for addresses aligned to the
 // vector; `rows` takes rows of eight floats (q, u) apart into x, y and z of each, `put` writes rows of four,
-// `stride` floats apart and aligned to 16 bytes. No fused multiply-add and no approximate root or reciprocal:
+// `stride` floats apart and aligned to 16 bytes; `displace` writes rows (q, u) with something added to u;
+// `add` adds floats to doubles, lane by lane. No fused multiply-add and no approximate root or reciprocal:
 // every kernel then gives the same bits.
 #include <cmath>
 #include <cstddef>
@@ -9,6 +10,8 @@
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
+
+#include "innerspring/sim/vector_kernels.h"
 
 namespace innerspring {
 namespace {
@@ -31,6 +34,12 @@ struct Portable {
         for (int axis = 0; axis < 3; ++axis) q[axis] = row[axis], u[axis] = row[axis + 4];
     }
     static void put(float* out, int, F x, F y, F z) { out[0] = x, out[1] = y, out[2] = z; }
+    static void displace(const PackedRow* in, PackedRow* out, F x, F y, F z) {
+        out->u[0] = in->u[0] + x, out->u[1] = in->u[1] + y, out->u[2] = in->u[2] + z;
+    }
+    using Wide = double;
+    static void clear(Wide& sum) { sum = 0; }
+    static void add(Wide& sum, F a) { sum += double(a); }
 };
 
 #if defined(__x86_64__)
@@ -55,12 +64,28 @@ struct Sse2 {
         transpose(load(a), load(b), load(c), load(d), q);
         transpose(load(a + 4), load(b + 4), load(c + 4), load(d + 4), u);
     }
-    static void put(float* out, int stride, F x, F y, F z) {
+    static void four_rows(F x, F y, F z, F* row) {
         const F o = _mm_setzero_ps(), xy = _mm_unpacklo_ps(x, y), zo = _mm_unpacklo_ps(z, o);
-        store(out, _mm_movelh_ps(xy, zo)), store(out + stride, _mm_movehl_ps(zo, xy));
         const F xy_high = _mm_unpackhi_ps(x, y), zo_high = _mm_unpackhi_ps(z, o);
-        store(out + 2 * stride, _mm_movelh_ps(xy_high, zo_high));
-        store(out + 3 * stride, _mm_movehl_ps(zo_high, xy_high));
+        row[0] = _mm_movelh_ps(xy, zo), row[1] = _mm_movehl_ps(zo, xy);
+        row[2] = _mm_movelh_ps(xy_high, zo_high), row[3] = _mm_movehl_ps(zo_high, xy_high);
+    }
+    static void put(float* out, int stride, F x, F y, F z) {
+        F row[4];
+        four_rows(x, y, z, row);
+        for (int n = 0; n < 4; ++n) store(out + n * stride, row[n]);
+    }
+    static void displace(const PackedRow* in, PackedRow* out, F x, F y, F z) {
+        F row[4];
+        four_rows(x, y, z, row);
+        for (int n = 0; n < 4; ++n) store(out[n].u, load(in[n].u) + row[n]);
+    }
+    struct Wide {
+        __m128d low, high;
+    };
+    static void clear(Wide& sum) { sum.low = sum.high = _mm_setzero_pd(); }
+    static void add(Wide& sum, F a) {
+        sum.low = sum.low + _mm_cvtps_pd(a), sum.high = sum.high + _mm_cvtps_pd(_mm_movehl_ps(a, a));
     }
 };
 #endif
@@ -99,14 +124,35 @@ struct Avx2 {
         transpose(pair(r[0] + 4, r[4] + 4), pair(r[1] + 4, r[5] + 4), pair(r[2] + 4, r[6] + 4),
                   pair(r[3] + 4, r[7] + 4), u);
     }
-    static void put(float* out, int stride, F x, F y, F z) {
+    static void four_rows(F x, F y, F z, F* row) {
         const F o = _mm256_setzero_ps(), xy = _mm256_unpacklo_ps(x, y), zo = _mm256_unpacklo_ps(z, o);
         const F xy_high = _mm256_unpackhi_ps(x, y), zo_high = _mm256_unpackhi_ps(z, o);
-        const F row[4] = {low(xy, zo), high(xy, zo), low(xy_high, zo_high), high(xy_high, zo_high)};
+        row[0] = low(xy, zo), row[1] = high(xy, zo), row[2] = low(xy_high, zo_high),
+        row[3] = high(xy_high, zo_high);
+    }
+    static void put(float* out, int stride, F x, F y, F z) {
+        F row[4];
+        four_rows(x, y, z, row);
         for (int n = 0; n < 4; ++n) {
             _mm_store_ps(out + n * stride, _mm256_castps256_ps128(row[n]));
             _mm_store_ps(out + (n + 4) * stride, _mm256_extractf128_ps(row[n], 1));
         }
+    }
+    static void displace(const PackedRow* in, PackedRow* out, F x, F y, F z) {
+        F row[4];
+        four_rows(x, y, z, row);
+        for (int n = 0; n < 4; ++n) {
+            _mm_store_ps(out[n].u, _mm_load_ps(in[n].u) + _mm256_castps256_ps128(row[n]));
+            _mm_store_ps(out[n + 4].u, _mm_load_ps(in[n + 4].u) + _mm256_extractf128_ps(row[n], 1));
+        }
+    }
+    struct Wide {
+        __m256d low, high;
+    };
+    static void clear(Wide& sum) { sum.low = sum.high = _mm256_setzero_pd(); }
+    static void add(Wide& sum, F a) {
+        sum.low = sum.low + _mm256_cvtps_pd(_mm256_castps256_ps128(a));
+        sum.high = sum.high + _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1));
     }
 };
 #endif
@@ -149,16 +195,43 @@ struct Avx512 {
             u[axis] = _mm512_shuffle_f32x4(a[axis], b[axis], 0xdd);
         }
     }
-    static void put(float* out, int stride, F x, F y, F z) {
+    static void four_rows(F x, F y, F z, F* row) {
         const F o = _mm512_setzero_ps(), xy = _mm512_unpacklo_ps(x, y), zo = _mm512_unpacklo_ps(z, o);
         const F xy_high = _mm512_unpackhi_ps(x, y), zo_high = _mm512_unpackhi_ps(z, o);
-        const F row[4] = {low(xy, zo), high(xy, zo), low(xy_high, zo_high), high(xy_high, zo_high)};
+        row[0] = low(xy, zo), row[1] = high(xy, zo), row[2] = low(xy_high, zo_high),
+        row[3] = high(xy_high, zo_high);
+    }
+    static void put(float* out, int stride, F x, F y, F z) {
+        F row[4];
+        four_rows(x, y, z, row);
         for (int n = 0; n < 4; ++n) {
             _mm_store_ps(out + n * stride, _mm512_castps512_ps128(row[n]));
             _mm_store_ps(out + (n + 4) * stride, _mm512_extractf32x4_ps(row[n], 1));
             _mm_store_ps(out + (n + 8) * stride, _mm512_extractf32x4_ps(row[n], 2));
             _mm_store_ps(out + (n + 12) * stride, _mm512_extractf32x4_ps(row[n], 3));
         }
+    }
+    /// Two rows are a vector, q and u in turn.
+    template <int quarter>
+    static void displace(const PackedRow* in, PackedRow* out, const F* row) {
+        constexpr int both = quarter * 0x55, n = 4 * quarter;
+        const F a = load(in[n].q), b = load(in[n + 2].q);
+        store(out[n].q, _mm512_mask_add_ps(a, 0xf0f0, a, _mm512_shuffle_f32x4(row[0], row[1], both)));
+        store(out[n + 2].q, _mm512_mask_add_ps(b, 0xf0f0, b, _mm512_shuffle_f32x4(row[2], row[3], both)));
+    }
+    static void displace(const PackedRow* in, PackedRow* out, F x, F y, F z) {
+        F row[4];
+        four_rows(x, y, z, row);
+        displace<0>(in, out, row), displace<1>(in, out, row);
+        displace<2>(in, out, row), displace<3>(in, out, row);
+    }
+    struct Wide {
+        __m512d low, high;
+    };
+    static void clear(Wide& sum) { sum.low = sum.high = _mm512_setzero_pd(); }
+    static void add(Wide& sum, F a) {
+        sum.low = sum.low + _mm512_cvtps_pd(_mm512_castps512_ps256(a));
+        sum.high = sum.high + _mm512_cvtps_pd(_mm512_extractf32x8_ps(a, 1));
     }
 };
 #endif

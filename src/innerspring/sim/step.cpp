@@ -79,8 +79,9 @@ void begin_contact(const Body& body, const Loads& loads, double time, const Stat
 /// The first vertex that a step in single precision took out of the numbers.
 Index first_bad(const Packed& p) {
     for (Index i = 0; i < p.place_of.size(); ++i)
-        if (!(displacement(p, i).squaredNorm() * p.scale * p.scale < 1e30)) return i;
-    return 0;  // a velocity
+        if (!((displacement(p, i).squaredNorm() + velocity(p, i).squaredNorm()) * p.scale * p.scale < 1e30))
+            return i;
+    return 0;
 }
 
 /// Takes the integrator and the sub-steps for the body as it stands, after `transfer` if there was one.

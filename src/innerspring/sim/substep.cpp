@@ -15,52 +15,68 @@ Index first_bad(const std::vector<Index>& blocks) {
     return no_index;
 }
 
-/// What the tools do to velocities `v` from positions `x`; positions after the sub-step go to x_out, if any.
+/// What the tools do to velocities `v` from positions `x`; positions after the sub-step go to x_out.
 void touch(const Loads& loads, double time, double h, const std::vector<Vector>& x, std::vector<Vector>& v,
-           std::vector<Vector>* x_out, Contact& contact) {
-    for (Candidate& c : contact.candidates()) c.x = x[c.vertex], c.v = v[c.vertex];
+           std::vector<Vector>& x_out, Contact& contact) {
+    for (Candidate& c : contact.candidates()) c.x = x[c.vertex], c.v = v[c.vertex] - c.foreseen;
     contact.resolve(loads, time, h);
     for (const Candidate& c : contact.candidates()) {
-        if (!c.changed) continue;
+        if (!c.changed && c.foreseen.isZero(0)) continue;
         v[c.vertex] = c.v;
-        if (x_out) (*x_out)[c.vertex] = c.x;
+        x_out[c.vertex] = c.changed ? c.x : Vector(x[c.vertex] + h * c.v);
     }
 }
 
-/// sum_i of what `term(i)` gives, block by block.
-template <class Term>
-double sum_over(std::size_t n, Workspace::Data& w, Term&& term) {
-    w.sums.resize(block_count(n));
-    w.team.run(w.sums.size(), [&](std::size_t block) {
-        double sum = 0;
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i)
-            sum += term(i);
-        w.sums[block] = sum;
-    });
-    double sum = 0;
-    for (double part : w.sums) sum += part;
+/// The same before the damping of a free body: see Candidate::foreseen.
+void foresee(const Loads& loads, double time, double h, const std::vector<Vector>& x, std::vector<Vector>& v,
+             Contact& contact) {
+    for (Candidate& c : contact.candidates()) c.x = x[c.vertex], c.v = v[c.vertex];
+    if (contact.meet_all(loads, time, h)) contact.settle(loads);
+    for (Candidate& c : contact.candidates()) {
+        c.foreseen = c.v - v[c.vertex];
+        v[c.vertex] = c.v;
+    }
+}
+
+PressSums total(const std::vector<PressSums>& blocks) {
+    PressSums sum;
+    for (const PressSums& b : blocks) sum.volume += b.volume, sum.flow += b.flow, sum.give += b.give;
     return sum;
 }
 
+/// Calls loop(first, last) for blocks of vertices.
+template <class Loop>
+void each_block(std::size_t n, Workspace::Data& w, Loop&& loop) {
+    w.team.run(block_count(n),
+               [&](std::size_t block) { loop(block * block_size, std::min(n, (block + 1) * block_size)); });
+}
+
 /// The volume term's and the tools' part of a sub-step in double precision: w.v, and w.x if `move`, get what
-/// w.response says to the pressure that is missing. w.area and w.response are those of the places x.
-void press(const Body& body, const Loads& loads, double time, const std::vector<Vector>& x, bool move,
-           Pressing& s, Workspace::Data& w) {
-    const std::size_t n = body.vertices();
-    for (const Pin& pin : loads.pins)
-        for (Index i : pin.vertices) w.response[i].setZero();
-    s.flow = sum_over(n, w, [&](std::size_t i) { return w.area[i].dot(w.v[i]); });
-    s.give = sum_over(n, w, [&](std::size_t i) { return w.area[i].dot(w.response[i]); });
+/// w.response says to the pressure that is missing; tools are only foreseen if not. w.area and w.response are
+/// those of the places x. Returns the first vertex that leaves the numbers, if `move`.
+Index press(const Loads& loads, double time, const std::vector<Vector>& x, bool move, Pressing& s,
+            Workspace::Data& w) {
+    if (move && !loads.tools.empty())
+        for (const Candidate& c : w.contact.candidates()) s.flow -= w.area[c.vertex].dot(c.foreseen);
     double P = s.missing();
     if (!loads.tools.empty())
         P = press_against_tools(
-            s, loads, time, w.contact, [&](Candidate& c) { c.x = x[c.vertex], c.v = w.v[c.vertex]; },
+            s, loads, time, !move, w.contact,
+            [&](Candidate& c) {
+                c.x = x[c.vertex], c.v = w.v[c.vertex];
+                if (move) c.v -= c.foreseen;
+            },
             [&](Index i) -> const Vector& { return w.area[i]; },
             [&](Index i) -> const Vector& { return w.response[i]; });
-    w.team.run(block_count(n), [&](std::size_t block) {
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            w.v[i] += s.h * P * w.response[i];
-            if (move) w.x[i] += s.h * s.h * P * w.response[i];
+    const double to_v = s.h * P;
+    each_block(x.size(), w, [&](std::size_t first, std::size_t last) {
+        Index& bad = w.not_finite[first / block_size];
+        bad = no_index;
+        for (std::size_t i = first; i < last; ++i) {
+            w.v[i] += to_v * w.response[i];
+            if (!move) continue;
+            w.x[i] = x[i] + s.h * w.v[i];
+            if (!(w.x[i].squaredNorm() + w.v[i].squaredNorm() < 1e200) && bad == no_index) bad = Index(i);
         }
     });
     if (!loads.tools.empty())
@@ -69,27 +85,36 @@ void press(const Body& body, const Loads& loads, double time, const std::vector<
             if (move) w.x[c.vertex] = c.x;
         }
     s.P += P;
+    return first_bad(w.not_finite);
 }
 
 /// What curvature left of V - V_0 at the end of a step, where hard: moved out along the response of those
 /// that neither pin nor tool holds, without a speed; but a free body is turned so much the slower or faster
 /// as its angular momentum asks.
 void restore_volume(const Body& body, const Loads& loads, Workspace::Data& w) {
+    const std::size_t n = body.vertices();
     if (!loads.tools.empty())
         for (const Candidate& c : w.contact.candidates())
             if (c.changed) w.response[c.vertex].setZero();
     Vector gained = Vector::Zero();
     for (int round = 0; round < 3; ++round) {
-        const double excess = w.volume.find(w.x, w.area, w.team);
-        const double give =
-            sum_over(body.vertices(), w, [&](std::size_t i) { return w.area[i].dot(w.response[i]); });
+        each_block(n, w, [&](std::size_t first, std::size_t last) {
+            PressSums& sum = w.sums[first / block_size];
+            sum.volume = w.volume.find(w.x, w.area, first, last), sum.give = 0;
+            for (std::size_t i = first; i < last; ++i) sum.give += w.area[i].dot(w.response[i]);
+        });
+        const PressSums sum = total(w.sums);
+        const double excess = sum.volume / 18 - body.volume;
         // A body at rest is left alone.
-        if (!(std::abs(excess) > (round == 0 ? 2e-9 : 1e-12) * body.volume) || !(give > 0)) break;
-        for (std::size_t i = 0; i < body.vertices(); ++i) {
-            const Vector by = -excess / give * w.response[i];
-            w.x[i] += by;
-            if (body.free) gained += body.m[i] * by.cross(w.v[i]);
-        }
+        if (!(std::abs(excess) > (round == 0 ? 2e-9 : 1e-12) * body.volume) || !(sum.give > 0)) break;
+        const double out = -excess / sum.give;
+        if (body.free)
+            for (std::size_t i = 0; i < n; ++i) gained += body.m[i] * out * w.response[i].cross(w.v[i]);
+        each_block(n, w, [&](std::size_t first, std::size_t last) {
+            for (std::size_t i = first; i < last; ++i) w.x[i] += out * w.response[i];
+        });
+        // What is left is of second order.
+        if (std::abs(excess) < 1e-6 * body.volume) break;
     }
     if (!body.free || gained.isZero(0)) return;
     Moments moments;
@@ -104,9 +129,9 @@ void restore_volume(const Body& body, const Loads& loads, Workspace::Data& w) {
 
 Index substep(const Body& body, const Loads& loads, double h, bool last, State& state, Workspace::Data& w) {
     const std::size_t n = body.vertices();
-    auto each_block = [&](auto&& advance) {
-        w.team.run(w.not_finite.size(), [&](std::size_t block) {
-            w.not_finite[block] = advance(block * block_size, std::min(n, (block + 1) * block_size));
+    const auto advance_blocks = [&](auto&& advance) {
+        each_block(n, w, [&](std::size_t from, std::size_t to) {
+            w.not_finite[from / block_size] = advance(from, to);
         });
         return first_bad(w.not_finite);
     };
@@ -115,11 +140,9 @@ Index substep(const Body& body, const Loads& loads, double h, bool last, State& 
         add_loads(loads, state.time, w.external);
         external = w.external.data();
     }
-    const KernelStep s{body,           home_frame(body, state.x, w.team),
-                       loads.gravity,  h,
-                       external,       state.x.data(),
-                       state.v.data(), w.x.data(),
-                       w.v.data()};
+    const KernelStep s{
+        body,           home_frame(body, state.x, w.team),        loads.gravity, h, external, state.x.data(),
+        state.v.data(), w.volume.active() ? nullptr : w.x.data(), w.v.data()};
     const double time = state.time + h;
     auto move_pins = [&] {
         for (const Pin& pin : loads.pins) {
@@ -130,49 +153,92 @@ Index substep(const Body& body, const Loads& loads, double h, bool last, State& 
             }
         }
     };
-    const bool pressing = w.volume.active();
+    const bool pressing = w.volume.active(), tools = !loads.tools.empty();
     Pressing pressure;
     if (pressing) {
-        pressure.excess = w.volume.find(state.x, w.area, w.team);
+        w.volume.prepare();
+        w.area.resize(n), w.response.resize(n), w.sums.resize(block_count(n));
         pressure.compliance = w.volume.compliance(), pressure.h = h;
-        w.response.resize(body.vertices());
-        for (std::size_t i = 0; i < body.vertices(); ++i)
-            w.response[i] = w.area[i] / (body.m[i] + (body.free ? 0 : h * body.c[i]));
     }
+    // a_i, r_i and their sums, in the block that has just got its velocities.
+    const auto respond = [&](std::size_t from, std::size_t to) {
+        PressSums sum;
+        sum.volume = w.volume.find(state.x, w.area, from, to);
+        for (std::size_t i = from; i < to; ++i) {
+            w.response[i] = 1 / (body.m[i] + (body.free ? 0 : h * body.c[i])) * w.area[i];
+            sum.flow += w.area[i].dot(w.v[i]), sum.give += w.area[i].dot(w.response[i]);
+        }
+        w.sums[from / block_size] = sum;
+    };
+    // The sums, but for pinned vertices, which move as they do and give nothing.
+    const auto take_sums = [&] {
+        const PressSums sum = total(w.sums);
+        pressure.flow = sum.flow, pressure.give = sum.give;
+        for (const Pin& pin : loads.pins)
+            for (Index i : pin.vertices) {
+                pressure.flow -= w.area[i].dot(w.v[i]), pressure.give -= w.area[i].dot(w.response[i]);
+                w.response[i].setZero();
+            }
+        move_pins();
+        for (const Pin& pin : loads.pins)
+            for (Index i : pin.vertices) pressure.flow += w.area[i].dot(w.v[i]);
+        return sum.volume / 18 - body.volume;
+    };
     Index bad;
     if (!body.free) {
-        bad = each_block([&](std::size_t from, std::size_t to) { return advance_held(s, from, to); });
+        bad = advance_blocks([&](std::size_t from, std::size_t to) {
+            const Index left = advance_held(s, from, to);
+            if (pressing) respond(from, to);
+            return left;
+        });
         if (pressing) {
-            move_pins();
-            if (bad == no_index) press(body, loads, state.time, state.x, true, pressure, w);
-        } else if (bad == no_index && !loads.tools.empty()) {
-            touch(loads, state.time, h, state.x, w.v, &w.x, w.contact);
+            pressure.excess = take_sums();
+            if (bad == no_index) bad = press(loads, state.time, state.x, true, pressure, w);
+        } else if (bad == no_index && tools) {
+            touch(loads, state.time, h, state.x, w.v, w.x, w.contact);
         }
     } else {
-        bad = each_block([&](std::size_t from, std::size_t to) { return accelerate(s, from, to); });
-        move_pins();  // what pinned vertices really do is part of the motion that is not damped,
-        if (pressing && bad == no_index)
-            press(body, loads, state.time, state.x, false, pressure, w);
-        else if (bad == no_index && !loads.tools.empty())  // and so is what the tools make of it
-            touch(loads, state.time, h, state.x, w.v, nullptr, w.contact);
-        const bool damped = body.material.damping > 0;
-        const RigidMotion home = damped ? rigid_fit(body, h, s.x, s.v_out, w.team) : RigidMotion{};
-        if (bad == no_index)
-            bad = each_block(
-                [&](std::size_t from, std::size_t to) { return damp_and_move(s, home, from, to); });
-        if (pressing && bad == no_index) {
-            // Pressure on top is damped as all else: relative to the motion that it has as a whole.
-            if (damped) {
-                const RigidMotion part = rigid_fit(body, h, s.x, w.response.data(), w.team);
-                for (std::size_t i = 0; i < body.vertices(); ++i) {
-                    const Vector whole = part.linear + part.angular.cross(s.x[i] - part.centre);
-                    w.response[i] = whole + (w.response[i] - whole) / (1 + h * body.c[i] / body.m[i]);
-                }
-            }
+        bad = advance_blocks([&](std::size_t from, std::size_t to) {
+            const Index left = accelerate(s, from, to);
+            if (pressing) respond(from, to);
+            return left;
+        });
+        // What pinned vertices really do is part of the motion that is not damped, and so is what the tools
+        // make of it.
+        if (pressing)
+            pressure.excess = take_sums();
+        else
             move_pins();
-            press(body, loads, state.time, state.x, true, pressure, w);
-        } else if (bad == no_index && !loads.tools.empty()) {
-            touch(loads, state.time, h, state.x, w.v, &w.x, w.contact);
+        if (bad == no_index && tools) {
+            if (pressing)
+                press(loads, state.time, state.x, false, pressure, w);
+            else
+                foresee(loads, state.time, h, state.x, w.v, w.contact);
+        }
+        // Pressure is damped as all else: relative to the motion that it has as a whole.
+        const bool damped = body.material.damping > 0;
+        const RigidMotion none,
+            home = damped ? rigid_fit(body, h, s.x, s.v_out, w.team) : none,
+            part = damped && pressing ? rigid_fit(body, h, s.x, w.response.data(), w.team) : none;
+        const auto damp = [&](std::size_t from, std::size_t to) {
+            const Index left = damp_and_move(s, home, from, to);
+            if (!pressing) return left;
+            PressSums sum;
+            for (std::size_t i = from; i < to; ++i) {
+                Vector& r = w.response[i];
+                const Vector whole = part.linear + part.angular.cross(s.x[i] - part.centre);
+                r = whole + (r - whole) / (1 + h * body.c[i] / body.m[i]);
+                sum.flow += w.area[i].dot(w.v[i]), sum.give += w.area[i].dot(r);
+            }
+            w.sums[from / block_size] = sum;
+            return left;
+        };
+        if (bad == no_index) bad = advance_blocks(damp);
+        if (bad == no_index && pressing) {
+            take_sums();
+            bad = press(loads, state.time, state.x, true, pressure, w);
+        } else if (bad == no_index && tools) {
+            touch(loads, state.time, h, state.x, w.v, w.x, w.contact);
         }
     }
     w.pressure += pressure.P;
@@ -181,11 +247,7 @@ Index substep(const Body& body, const Loads& loads, double h, bool last, State& 
         for (Index i : f.vertices) w.external[i].setZero();
     if (bad != no_index) return bad;
     move_pins();
-    if (pressing) {
-        if (w.volume.hard() && last) restore_volume(body, loads, w);
-        for (std::size_t i = 0; i < body.vertices(); ++i)
-            if (!(w.x[i].squaredNorm() + w.v[i].squaredNorm() < 1e200)) return Index(i);
-    }
+    if (w.volume.hard() && last) restore_volume(body, loads, w);
     state.x.swap(w.x);
     state.v.swap(w.v);
     state.time = time;
@@ -221,19 +283,18 @@ bool packed_substep(const Body& body, const Loads& loads, double time, double h,
         Pressing s;
         s.excess = flow.excess, s.flow = flow.flow, s.give = flow.give;
         s.compliance = w.volume.compliance(), s.h = h;
-        const auto response = [&](Index i) { return Vector(area(p, i) / (body.m[i] + h * body.c[i])); };
+        const auto r_of = [&](Index i) { return response(p, i); };
+        const auto a_of = [&](Index i) { return Vector((body.m[i] + h * body.c[i]) * response(p, i)); };
         for (const Pin& pin : loads.pins) {  // what the kernel took for free
             const Vector v = (offset_at(pin, time + h) - offset_at(pin, time)) / h;
             for (Index i : pin.vertices) {
-                const Vector a = area(p, i);
-                s.flow += a.dot(v - velocity(p, i)), s.give -= a.dot(response(i));
+                const Vector a = a_of(i);
+                s.flow += a.dot(v - velocity(p, i)), s.give -= a.dot(r_of(i));
             }
         }
         const double P =
-            tools ? press_against_tools(
-                        s, loads, time, w.contact, look, [&](Index i) { return area(p, i); }, response)
-                  : s.missing();
-        if (!press(p, kernel, h, h * P, h * h * P, w.team)) return false;
+            tools ? press_against_tools(s, loads, time, false, w.contact, look, a_of, r_of) : s.missing();
+        if (!press(p, kernel, h, P, w.team)) return false;
         place_touched(true);
         move_pins();
         w.pressure += P;
@@ -241,9 +302,8 @@ bool packed_substep(const Body& body, const Loads& loads, double time, double h,
         // What curvature left of V - V_0, without a speed.
         if (tools)
             for (const Candidate& c : w.contact.candidates())
-                if (c.changed && c.inverse_mass > 0) s.give -= area(p, c.vertex).dot(response(c.vertex));
-        if (s.give > 0 && !press(p, kernel, h, 0, -volume_excess(p, kernel, w.team) / s.give, w.team))
-            return false;
+                if (c.changed && c.inverse_mass > 0) s.give -= a_of(c.vertex).dot(r_of(c.vertex));
+        if (s.give > 0 && !shift(p, kernel, -volume_excess(p, kernel, w.team) / s.give, w.team)) return false;
         place_touched(false);
         move_pins();
         return true;

@@ -8,6 +8,11 @@
 
 namespace innerspring {
 
+/// Sums of the volume term over a block of vertices.
+struct PressSums {
+    double volume = 0, flow = 0, give = 0;  ///< their share of 18 V [m^3], and of Pressing's flow and give
+};
+
 /// What steps of one body with one set of options keep between them.
 struct Workspace::Data {
     Data(const Body& body, const StepOptions& asked)
@@ -27,7 +32,7 @@ struct Workspace::Data {
     bool tools = false;  ///< were there
     VolumeTerm volume;
     std::vector<Vector> area, response;  ///< a_i, and dv_i / d(h P), of the sub-step
-    std::vector<double> sums;            ///< per block
+    std::vector<PressSums> sums;         ///< per block
     double pressure = 0;                 ///< sum over the sub-steps of a step [Pa]
 };
 

@@ -48,11 +48,11 @@ struct PackedStep {
     const SlotRange* ranges;                 ///< per slice
     const PackedCoefficients* coefficients;  ///< per slice
     const PackedRow* in;
-    PackedRow* out;    ///< another array, with q as in `in`; u is written
+    PackedRow* out;    ///< another array, with q as in `in`; u is written, but where a pressure is to come
     PackedVectors* v;  ///< per slice, in place
     float h;
-    float hg[3];                    ///< h times gravity
-    PackedVectors* area = nullptr;  ///< per slice: 6 a_i, written; for the volume term (volume.h)
+    float hg[3];                                 ///< h times gravity
+    PackedVectors* response = nullptr;           ///< per slice: r_i, written; for the volume term (volume.h)
     const PackedStiffness* stiffness = nullptr;  ///< per slice, where the body is anisotropic
 };
 
@@ -60,17 +60,18 @@ struct PackedStep {
 struct PackedSums {
     double volume = 0;  ///< sum_i x_i . a_i / 3, the vertices' share of Eq. 4
     double flow = 0;    ///< sum_i 6 a_i . v'_i
-    double give = 0;    ///< sum_i |6 a_i|^2 / (m_i + h c_i)
+    double give = 0;    ///< sum_i 6 a_i . r_i
 };
 
-/// What a pressure does after the step (volume.h): v_i += to_v r_i, u_i += to_u r_i, r_i = 6 a_i / (m_i + h
-/// c_i).
+/// What a pressure does after the step (volume.h), r_i = 6 a_i / (m_i + h c_i):
+///     v_i += to_v r_i, u_i = (u_i of `in`) + to_u v_i;   or, where v is null, u_i = (u_i of `in`) + to_u
+///     r_i.
 struct PackedPress {
-    const PackedVectors* area;
-    const PackedCoefficients* coefficients;
-    PackedRow* rows;
+    const PackedVectors* response;
+    const PackedRow* in;
+    PackedRow* out;  ///< with q as in `in`
     PackedVectors* v;
-    float h, to_v, to_u;
+    float to_v, to_u;
 };
 
 /// A dense panel times what lies at places of an array of fours (x, y, z, 0), for the three together:
@@ -145,14 +146,14 @@ struct VectorKernels {
     const char* name;
 
     /// Slices [first, last) of an explicit step. False if anything left the numbers. `sums`, if not null: the
-    /// volume, from one component of a_i, as the three sums are equal on a closed surface; where step.area is
-    /// given from all three, and the other sums too.
+    /// volume, from one component of a_i, as the three sums are equal on a closed surface; where
+    /// step.response is given from all three, and the other sums too.
     bool (*advance)(const PackedStep& step, std::size_t first, std::size_t last, PackedSums* sums);
 
     /// False if anything left the numbers.
     bool (*press)(const PackedPress& press, std::size_t first, std::size_t last);
 
-    /// The sum `volume` of advance() with areas, to the same bits, at the rows `in` alone.
+    /// The sum `volume` of advance() with the response, to the same bits, at the rows `in` alone.
     double (*volume)(const PackedStep& step, std::size_t first, std::size_t last);
 
     void (*multiply)(const PanelProduct<float>& product);

@@ -38,30 +38,44 @@ void VolumeTerm::walk_around(Index i) const {
     }
 }
 
+void VolumeTerm::prepare() const {
+    if (!fan_.empty()) return;
+    fan_.resize(body_.spokes.size());
+    for (Index i = 0; i < body_.vertices(); ++i) walk_around(i);
+}
+
+double VolumeTerm::find(const Field& x, Field& a, std::size_t first, std::size_t last) const {
+    const Vector origin = x[0];
+    double sum = 0;
+    for (std::size_t i = first; i < last; ++i) {
+        // Two triangles at once: d_0 x d_1 + d_1 x d_2 = d_1 x (d_2 - d_0).
+        const Index* const fan = fan_.data() + body_.rows[i].first;
+        const std::size_t count = body_.rows[i].count;
+        const Vector x_i = x[i], x_0 = x[fan[0]];
+        Vector area = Vector::Zero(), before = x_0;
+        std::size_t n = 1;
+        for (; n + 1 < count; n += 2) {
+            const Vector after = x[fan[n + 1]];
+            area += (x[fan[n]] - x_i).cross(after - before);
+            before = after;
+        }
+        if (n < count)
+            area += (x[fan[n]] - x_i).cross(x_0 - before);
+        else
+            area += (before - x_i).cross(x_0 - x_i);
+        a[i] = area / 6;
+        sum += (x_i - origin).dot(area);
+    }
+    return sum;
+}
+
 double VolumeTerm::find(const Field& x, Field& a, Team& team) const {
     const std::size_t n = body_.vertices();
-    if (fan_.empty()) {
-        fan_.resize(body_.spokes.size());
-        for (Index i = 0; i < n; ++i) walk_around(i);
-    }
+    prepare();
     a.resize(n);
     blocks_.resize(block_count(n));
-    const Vector origin = x[0];
     team.run(blocks_.size(), [&](std::size_t block) {
-        double sum = 0;
-        for (std::size_t i = block * block_size; i < std::min(n, (block + 1) * block_size); ++i) {
-            const Index *fan = fan_.data() + body_.rows[i].first, *const end = fan + body_.rows[i].count;
-            const Vector x_i = x[i];
-            Vector area = Vector::Zero(), last = x[end[-1]] - x_i;
-            for (; fan != end; ++fan) {
-                const Vector d = x[*fan] - x_i;
-                area += last.cross(d);
-                last = d;
-            }
-            a[i] = area / 6;
-            sum += (x_i - origin).dot(area);
-        }
-        blocks_[block] = sum;
+        blocks_[block] = find(x, a, block * block_size, std::min(n, (block + 1) * block_size));
     });
     double sum = 0;
     for (double part : blocks_) sum += part;

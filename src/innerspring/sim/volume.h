@@ -33,6 +33,10 @@ class VolumeTerm {
     /// every vertex.
     double find(const Field& x, Field& a, Team& team) const;
 
+    /// The same in parts, after prepare(): a_i of the vertices [first, last). Returns their share of 18 V.
+    double find(const Field& x, Field& a, std::size_t first, std::size_t last) const;
+    void prepare() const;
+
     /// Minus the change of the force P a_i with x, by the vertices' motion p: out_i -= P da_i(p).
     void add_curvature(double P, const Field& x, const Field& p, const std::vector<bool>& fixed, Field& out,
                        Team& team) const;
