@@ -1,6 +1,7 @@
 #include "innerspring/study/study.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -28,7 +29,8 @@ struct Arguments {
     OutputOptions output;
     std::string directory;
     std::optional<int> vertices, forces, levels, threads, tetrahedra;
-    std::optional<double> radius, nu;
+    std::optional<double> radius;
+    std::vector<double> nu;
     bool quick = false, resume = false;
 };
 
@@ -60,7 +62,8 @@ std::string arguments(const Arguments& a, const std::string& mesh) {
         if (name == "output" || name == "threads" || name == "resume" || name == "json" || name == "quiet")
             continue;
         text += (text.empty() ? "--" : " --") + name;
-        if (option->get_items_expected() > 0) text += " " + quoted(option->results().front());
+        if (option->get_items_expected() > 0)
+            text += " " + quoted(fmt::format("{}", fmt::join(option->results(), ",")));
     }
     return text;
 }
@@ -125,7 +128,8 @@ int run_truth(const Arguments& a) {
     if (a.vertices) study.options.patches = *a.vertices;
     if (a.radius) study.options.patch_share = *a.radius;
     if (a.tetrahedra) study.options.tetrahedra = *a.tetrahedra;
-    if (a.nu) study.options.sphere_poisson = study.options.element_poisson = *a.nu;
+    if (a.nu.size() > 1) throw InputError("study truth: --nu is one Poisson's ratio");
+    if (!a.nu.empty()) study.options.sphere_poisson = study.options.element_poisson = a.nu.front();
     scene = scene_from_text(to_toml(scene), "command line");
     const bool terminal = take_common(a, study);
     const TruthResults results = run_truth(scene, study);
@@ -150,11 +154,13 @@ int run(const Arguments& a) {
                              ? "study truth: --nu is the reference's Poisson's ratio, and the "
                                "models take theirs from it; leave --poisson out"
                              : "the paper's experiments are about poisson = 0; leave --poisson "
-                               "out (scripts/volume_table compares other values)");
+                               "out (study volume compares other values, --nu chooses them)");
     if (a.study == "truth") return run_truth(a);
-    if (a.nu || a.tetrahedra) throw InputError("--nu and --tetrahedra belong to study truth");
     StudyRun study;
     study.kind = parse_study(a.study);
+    if (a.tetrahedra) throw InputError("--tetrahedra belongs to study truth");
+    if (!a.nu.empty() && study.kind != StudyKind::volume && study.kind != StudyKind::all)
+        throw InputError("--nu belongs to the studies volume, all and truth");
     Scene scene;
     scene.mesh = !a.mesh.mesh.empty() ? a.mesh.mesh
                  : a.quick            ? "sphere:vertices=350"
@@ -167,6 +173,8 @@ int run(const Arguments& a) {
     if (a.forces) study.options.forces = *a.forces;
     if (a.levels) study.options.levels = *a.levels;
     if (a.radius) study.options.influence_share = *a.radius;
+    if (!a.nu.empty()) study.options.poisson = a.nu;
+    std::sort(study.options.poisson.begin(), study.options.poisson.end());
     study.options.region_share = std::max(study.options.region_share, 1.25 * study.options.influence_share);
     // What the options say must hold as much as what a file says.
     scene = scene_from_text(to_toml(scene), "command line");
@@ -196,9 +204,10 @@ Command add_study(CLI::App& program) {
     app->add_option(
            "study", a->study,
            "refinement: the same force before and after (Fig. 6); gravity: Figs. 7 and 8; force: volume over "
-           "force (Fig. 9); all: these three; truth: against linear elasticity (needs tetgen)")
+           "force (Fig. 9); volume: Fig. 9 with Poisson's ratio; all: these four; truth: against linear "
+           "elasticity (needs tetgen)")
         ->required()
-        ->type_name("refinement|gravity|force|all|truth");
+        ->type_name("refinement|gravity|force|volume|all|truth");
     add_mesh_options(*app, a->mesh,
                      "closed surface (default sphere:vertices=1000; truth: sphere, ellipsoid and capsule, "
                      "and the sphere's series)");
@@ -215,10 +224,12 @@ Command add_study(CLI::App& program) {
                     "radius of influence of a patch load, as a share of R (default 0.4)")
         ->type_name("SHARE");
     app->add_option("--nu", a->nu,
-                    "truth: Poisson's ratio of the linear solid, 0 to 0.495 (default 0.5 for the sphere's "
-                    "series, 0.49 for "
-                    "the elements)")
-        ->type_name("NU");
+                    "Poisson's ratios: volume: those compared, 0 to 0.5 (default 0,0.3,0.45,0.49,0.5); "
+                    "truth: that of the "
+                    "linear solid, 0 to 0.495 (default 0.5 for the sphere's series, 0.49 for the elements)")
+        ->delimiter(',')
+        ->allow_extra_args(false)
+        ->type_name("NU[,NU...]");
     app->add_option("--tetrahedra", a->tetrahedra,
                     "truth: about so many elements in each mesh, 0.9 to 3 times (default: as few as "
                     "keep their shape)")

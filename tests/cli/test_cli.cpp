@@ -219,16 +219,20 @@ TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
     const auto all = json("study all sphere:vertices=150 --quick --json --vertices 2 " + out);
     expect_keys(all, {"/refinement/rows/0/ratio", "/refinement/means/0/mean_deviation_m",
                       "/gravity/rows/0/volume_variation_percent/max", "/force/rows/0/density_class",
-                      "/claims/0/verdict"});
+                      "/volume/rows/0/pressure_pa", "/volume/bulge/4/equator", "/claims/0/verdict"});
     EXPECT_EQ(all["command"], "innerspring study all sphere:vertices=150 --vertices 2 --quick -o DIR");
     EXPECT_TRUE(std::filesystem::exists(folder.path / "report.html"));
     const auto again = json("study force sphere:vertices=150 --quick --json --vertices 2 --resume " + out);
     EXPECT_EQ(again["rows"], all["force"]["rows"]);
     expect_refused("study all sphere:vertices=160 --quick --vertices 2 --resume " + out,
                    "cases of another study");
-    expect_refused("study al " + out, "expected refinement, gravity, force, all or truth");
+    expect_refused("study al " + out, "expected refinement, gravity, force, volume, all or truth");
     expect_refused("study truth --levels 2 " + out, "--forces and --levels belong to the other studies");
-    expect_refused("study gravity --nu 0.3 " + out, "--nu and --tetrahedra belong to study truth");
+    expect_refused("study gravity --nu 0.3 " + out, "--nu belongs to the studies volume, all and truth");
+    expect_refused("study volume --tetrahedra 9 " + out, "--tetrahedra belongs to study truth");
+    expect_refused("study truth --nu 0.3,0.4 " + out, "--nu is one Poisson's ratio");
+    expect_refused("study volume --nu 0.3,0.6 " + out, "it must be from 0 to 0.5");
+    expect_refused("study volume --nu 0.3,0.3 " + out, "each once");
     expect_refused("study gravity --poisson 0.3 " + out, "are about poisson = 0");
     expect_refused("study truth --nu 0.5 " + out, "from 0 to 0.495");
     expect_refused("study all sphere --scheme B " + out, "--scheme");

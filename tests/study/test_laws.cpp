@@ -1,6 +1,8 @@
 // What the studies find on a small sphere: signs, orders and laws, no stored numbers.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "study/small_study.h"
 
 namespace innerspring {
@@ -95,6 +97,50 @@ void regular_springs_lose_more_where_the_mesh_is_coarse() {
                   mean(LoadKind::patch, scheme, DensityClass::densest, group).volume_variation_percent.mean);
 }
 
+/// A pressure against the change of volume stands beside the springs in law 2; at 1/2 what remains of it is
+/// the force over the surface, F/(4 pi R^2).
+void with_poisson_a_push_costs_volume_by_law_2_down_to_nothing() {
+    const VolumeStudy& study = *results().volume;
+    const Body& body = results().setting.body();
+    for (const VolumeMean& m : study.means) {
+        if (m.deepest) {
+            EXPECT_GE(m.indentation_share, deepest_share) << m.poisson;
+            EXPECT_LE(m.indentation_share, 1.01 * deepest_share) << m.poisson;
+        }
+        if (m.poisson == 0.5) {
+            EXPECT_LT(m.largest_percent, 1e-3) << m.force_group;
+        }
+        if (m.deepest || m.force_group > 1e-3) continue;
+        if (m.poisson < 0.5) {
+            EXPECT_NEAR(m.final_percent / m.law_percent, 1, 0.05) << m.poisson << ", " << m.force_group;
+        }
+        if (m.poisson > 0) {
+            EXPECT_NEAR(m.pressure_pa / m.law_pa, 1, 0.05) << m.poisson << ", " << m.force_group;
+        }
+    }
+    for (const VolumeRow& r : study.rows) {
+        Material material = body.material;
+        material.poisson = r.poisson;
+        if (r.poisson < 0.5) {
+            const double kappa = bulk_modulus(material);
+            EXPECT_NEAR(r.pressure_pa, -kappa * r.final_percent / 100, 1e-9 * body.material.young);
+        }
+    }
+    const std::size_t each = study.rows.size() / results().setting.options.poisson.size();
+    for (std::size_t n = each; n < study.rows.size(); ++n)
+        EXPECT_LT(std::abs(study.rows[n].final_percent), std::abs(study.rows[n - each].final_percent)) << n;
+}
+
+void a_squeezed_sphere_bulges_the_more_the_larger_nu_but_less_than_a_solid() {
+    double before = -1;
+    for (const BulgeRow& b : results().volume->bulge) {
+        EXPECT_GT(b.equator, before) << b.poisson;
+        EXPECT_LT(b.equator, b.reference_equator) << b.poisson;
+        before = b.equator;
+    }
+    EXPECT_EQ(results().volume->bulge.size(), results().setting.options.poisson.size());
+}
+
 void verdicts_follow_from_the_numbers() {
     EXPECT_GE(results().claims.size(), 15u);
     for (const Claim& c : results().claims) {
@@ -102,6 +148,20 @@ void verdicts_follow_from_the_numbers() {
         EXPECT_EQ(c.outcome == Outcome::holds_only_if, !c.condition.empty()) << c.id;
         EXPECT_FALSE(c.measured.empty()) << c.id;
     }
+}
+
+/// Without surface springs each vertex answers to the pressure P alone: u = P R/E at the equator. Caps of
+/// force F each have 2F/(1 + cos a) along their normals, which lets P = 2 nu times both of that over the
+/// surface.
+TEST(StudyLaws, TheBulgeOfBareSchemeC) {
+    const TemporaryFolder folder("study-bulge");
+    Scene bare;
+    bare.mesh = "icosphere:vertices=642";
+    bare.material.surface = 0;
+    const StudyResults found = run_study(bare, small_study(StudyKind::volume, folder.path, 2));
+    ASSERT_EQ(found.volume->bulge.size(), 5u);
+    for (const BulgeRow& b : found.volume->bulge)
+        EXPECT_NEAR(b.equator, 2 * b.poisson / (M_PI * (1 + std::cos(bulge_cap))), 0.004) << b.poisson;
 }
 
 /// One test, as each is a process of its own and the study is run once for all.
@@ -113,6 +173,8 @@ TEST(StudyLaws, HoldOnASmallSphere) {
     an_off_centre_costs_volume_by_law_3();
     a_force_costs_volume_by_law_2_wherever_it_acts();
     regular_springs_lose_more_where_the_mesh_is_coarse();
+    with_poisson_a_push_costs_volume_by_law_2_down_to_nothing();
+    a_squeezed_sphere_bulges_the_more_the_larger_nu_but_less_than_a_solid();
     verdicts_follow_from_the_numbers();
 }
 

@@ -93,7 +93,8 @@ TEST(StudyParts, JudgementsSayWhere) {
 TEST(StudyParts, CasesSurviveToTheLastBit) {
     const TemporaryFolder folder("study-cases");
     Responses cases;
-    cases["patch C 0 12 0.001"] = {{0, 1.0 / 3, 1e-300}, {0, -0.1}, {0, 2.0 / 7}, 0.1 + 0.2, 1e-9};
+    cases["patch C 0 12 0.001"] = {
+        {0, 1.0 / 3, 1e-300}, {0, -0.1}, {0, 2.0 / 7}, 0.1 + 0.2, 1e-9, {0, 0.7}, {1e-3}};
     cases["gravity B centroid"] = {{}, {0, M_PI}, {}, 0, 0};
     write_cases(cases, 42, folder.path / "cases.txt");
     const Responses read = read_cases(folder.path / "cases.txt", 42);
@@ -105,6 +106,8 @@ TEST(StudyParts, CasesSurviveToTheLastBit) {
         EXPECT_EQ(r.volume_percent, c.volume_percent);
         EXPECT_EQ(r.std_m, c.std_m);
         EXPECT_EQ(r.imbalance, c.imbalance);
+        EXPECT_EQ(r.force_n, c.force_n);
+        EXPECT_EQ(r.pressure_pa, c.pressure_pa);
     }
 }
 

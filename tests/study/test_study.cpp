@@ -18,8 +18,9 @@ void expect_units(const std::string& header) {
     std::istringstream columns(header);
     for (std::string column; std::getline(columns, column, ',');) {
         bool known = false;
-        for (const char* end : {"_m", "_n", "_s", "_percent", "ratio", "relative", "_group", "_over_law",
-                                "load", "scheme", "levels", "vertex", "density_class"})
+        for (const char* end :
+             {"_m", "_n", "_s", "_percent", "ratio", "relative", "_group", "_over_law", "load", "scheme",
+              "levels", "vertex", "density_class", "poisson", "deepest", "_share", "_pa"})
             known |= column.ends_with(end);
         EXPECT_TRUE(known) << column << " in " << header;
     }
@@ -70,6 +71,39 @@ TEST(Study, StoppedAndResumedItWritesTheSameBytes) {
     Scene stiffer = small_sphere();
     stiffer.material.young = 20;
     EXPECT_THROW(run_study(stiffer, run), InputError) << "another material's cases";
+}
+
+TEST(Study, TheVolumeStudyToo) {
+    const TemporaryFolder whole("volume-whole"), parts("volume-parts");
+    StudyRun run = small_study(StudyKind::volume, whole.path, 2);
+    run.options.poisson = {0, 0.5};
+    run.threads = 2;
+    const StudyResults all = run_study(small_sphere(), run);
+    EXPECT_EQ(all.cases, 4u);
+
+    std::atomic<bool> stop{false};
+    run.directory = parts.path;
+    run.threads = 1;
+    run.stop = &stop;
+    run.progress = [&](const StudyProgress&) { stop = true; };
+    run.resume = run_study(small_sphere(), run).stopped;
+    run.stop = nullptr;
+    run_study(small_sphere(), run);
+    for (const char* file : {"summary.json", "volume.csv", "fig9_nu_final.csv", "fig9_nu_bulge.csv"}) {
+        EXPECT_FALSE(content(whole.path / file).empty()) << file;
+        EXPECT_EQ(content(whole.path / file), content(parts.path / file)) << file;
+    }
+    const std::string table = content(whole.path / "volume.csv");
+    expect_units(table.substr(0, table.find('\n')));
+    const nlohmann::json s = summary(whole.path);
+    EXPECT_EQ(s["rows"].size(), 2u * 2 * 5);
+    for (const char* key : {"poisson", "force_n", "force_group", "deepest", "indentation_share",
+                            "final_percent", "pressure_pa"}) {
+        EXPECT_TRUE(s["rows"][0].contains(key)) << key;
+        EXPECT_TRUE(s["means"][0].contains(key)) << key;
+    }
+    run.options.poisson = {0.5, 0.3};
+    EXPECT_THROW(run_study(small_sphere(), run), InputError);
 }
 
 TEST(Study, CasesOfAnotherKindOfStudyAreSharedAndLeaveNoTrace) {

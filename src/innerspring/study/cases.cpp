@@ -110,8 +110,9 @@ class Runner {
         State state;
         for (std::size_t n = work.first; n < work.last && !stopped(); ++n) {
             Pending& p = pending_[n];
-            p.response =
-                respond(*body, p.what->loads(*body), p.what->watched, options_.sampling, workspace, state);
+            p.response = p.what->solve ? p.what->solve(*body)
+                                       : respond(*body, p.what->loads(*body), p.what->watched,
+                                                 options_.sampling, workspace, state);
             p.done.store(true, std::memory_order_release);
             show_.and_then([&] { progress(); });
             save_.and_then([&] {

@@ -15,6 +15,7 @@ struct Case {
     std::string key;  ///< one line, unique within a study
     std::function<Loads(const Body&)> loads;
     Index watched = no_index;
+    std::function<Response(const Body&)> solve = {};  ///< what is done instead of a simulation, if given
 };
 
 /// Cases on the same body, which is made when its turn comes and given back after.

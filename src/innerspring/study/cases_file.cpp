@@ -13,7 +13,7 @@ namespace innerspring {
 
 namespace {
 
-constexpr std::string_view magic = "innerspring study cases 1";
+constexpr std::string_view magic = "innerspring study cases 2";
 
 void add_series(std::string& text, const std::vector<double>& values) {
     text += fmt::format("\t{}", values.size());
@@ -95,15 +95,17 @@ SeriesTable read_table(std::string_view what, std::uint64_t hash, const std::fil
 void write_cases(const Responses& responses, std::uint64_t hash, const std::filesystem::path& file) {
     SeriesTable table;
     for (const auto& [key, r] : responses)
-        table[key] = {{r.std_m, r.imbalance}, r.vertex_m, r.load_m, r.volume_percent};
+        table[key] = {{r.std_m, r.imbalance}, r.vertex_m, r.load_m,
+                      r.volume_percent,       r.force_n,  r.pressure_pa};
     write_table(table, magic, hash, file);
 }
 
 Responses read_cases(const std::filesystem::path& file, std::uint64_t hash) {
     Responses responses;
     for (auto& [key, rows] : read_table(magic, hash, file))
-        responses.emplace(key, Response{std::move(rows.at(1)), std::move(rows.at(2)), std::move(rows.at(3)),
-                                        rows.at(0).at(0), rows.at(0).at(1)});
+        responses.emplace(
+            key, Response{std::move(rows.at(1)), std::move(rows.at(2)), std::move(rows.at(3)),
+                          rows.at(0).at(0), rows.at(0).at(1), std::move(rows.at(4)), std::move(rows.at(5))});
     return responses;
 }
 

@@ -2,6 +2,7 @@
 #include "innerspring/study/force.h"
 #include "innerspring/study/gravity.h"
 #include "innerspring/study/refinement.h"
+#include "innerspring/study/volume.h"
 
 namespace innerspring {
 
@@ -24,11 +25,12 @@ struct Claim {
     double number = 0;       ///< what is compared with the threshold
     double threshold = 0;    ///< number at most this: holds
     std::string unit = {};   ///< of both
-    std::string study = {};  ///< "refinement", "gravity" or "force": the command that shows it
+    std::string study = {};  ///< "refinement", "gravity", "force" or "volume": the command that shows it
 };
 
 std::vector<Claim> claims_of(const Setting& setting, const RefinementStudy& study);
 std::vector<Claim> claims_of(const Setting& setting, const GravityStudy& study);
 std::vector<Claim> claims_of(const Setting& setting, const ForceStudy& study);
+std::vector<Claim> claims_of(const Setting& setting, const VolumeStudy& study);
 
 }  // namespace innerspring

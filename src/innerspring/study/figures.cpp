@@ -252,6 +252,72 @@ std::vector<Figure> figures_of(const Setting& s, const ForceStudy& study) {
     return figures;
 }
 
+std::vector<Figure> figures_of(const Setting& s, const VolumeStudy& study) {
+    struct Measure {
+        std::string_view name, title, y_label, column, caption;
+        double (*value)(const VolumeMean&);
+        double (*law)(const VolumeMean&);
+    };
+    static constexpr Measure measures[] = {
+        {"final", "Volume under a push", "volume variation [%]", "final_percent",
+         "Fig. 9 with Poisson's ratio: |ΔV/V| in equilibrium. Dashed: law 2, 3F/(4πR²(E + 3κ + 3E_s/R))",
+         [](const VolumeMean& m) { return std::abs(m.final_percent); },
+         [](const VolumeMean& m) { return -m.law_percent; }},
+        {"pressure", "Pressure under a push", "pressure [Pa]", "pressure_pa",
+         "What resists the change of volume, P = -κ ΔV/V; at ν = ½ its limit. Dashed: of law 2",
+         [](const VolumeMean& m) { return m.pressure_pa; }, [](const VolumeMean& m) { return m.law_pa; }},
+        {"indentation", "Indentation under a push", "indentation [R]", "indentation_share",
+         "Displacement of the loaded vertex: the volume term hardly makes the body harder under the finger",
+         [](const VolumeMean& m) { return m.indentation_share; }, nullptr}};
+    std::vector<Figure> figures;
+    for (const Measure& measure : measures) {
+        Figure f{fmt::format("fig9_nu_{}", measure.name), "", "volume", {}, "force_group", {}};
+        f.caption = fmt::format("{}; mean over {} vertices spread over the surface.", measure.caption,
+                                s.sampled.size());
+        f.plot.title = measure.title;
+        f.plot.x_label = group_label, f.plot.y_label = measure.y_label;
+        f.plot.log_x = f.plot.log_y = true;
+        std::vector<Curve> laws;
+        int colour = 0;
+        for (const double poisson : s.options.poisson) {
+            colour = colour % 6 + 1;
+            Curve curve{fmt::format("ν = {:g}", poisson), s.force_groups, {}, colour, 1};
+            Curve law{fmt::format("law, {:g}", poisson), s.force_groups, {}, colour, 2};
+            for (const VolumeMean& m : study.means)
+                if (m.poisson == poisson && !m.deepest) {
+                    curve.y.push_back(measure.value(m));
+                    if (measure.law) law.y.push_back(measure.law(m));
+                }
+            // A pressure or a law that is zero everywhere has no place on a logarithmic axis.
+            const auto drawn = [](const std::vector<double>& y) {
+                return std::any_of(y.begin(), y.end(), [](double value) { return value > 0; });
+            };
+            if (drawn(law.y)) laws.push_back(std::move(law));
+            if (!drawn(curve.y)) continue;
+            f.plot.curves.push_back(std::move(curve));
+            f.y_columns.push_back(fmt::format("nu_{:g}_{}", poisson, measure.column));
+        }
+        std::move(laws.begin(), laws.end(), std::back_inserter(f.plot.curves));
+        if (!f.y_columns.empty()) figures.push_back(std::move(f));
+    }
+    if (study.bulge.empty()) return figures;
+    Figure f{"fig9_nu_bulge",
+             fmt::format("The equator of the sphere squeezed by two caps of {:g} rad, beside Lamé's series.",
+                         bulge_cap),
+             "volume",
+             {"Bulge of a squeezed sphere", "Poisson's ratio", "equator outward, u E R / F", {}},
+             "poisson",
+             {"C_relative", "series_relative"}};
+    Curve ours{"scheme C", {}, {}, colour_of(Scheme::C), 1}, series{"Lamé's series", {}, {}, black, 2};
+    for (const BulgeRow& b : study.bulge) {
+        ours.x.push_back(b.poisson), ours.y.push_back(b.equator);
+        series.x.push_back(b.poisson), series.y.push_back(b.reference_equator);
+    }
+    f.plot.curves = {std::move(ours), std::move(series)};
+    figures.push_back(std::move(f));
+    return figures;
+}
+
 std::string draw_figures(const std::vector<Figure>& figures, const std::filesystem::path& directory,
                          int threads) {
     // Plots cost more in starting gnuplot than in drawing: several at a time.

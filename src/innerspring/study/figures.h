@@ -18,6 +18,7 @@ std::vector<Figure> figures_of(const Setting& setting, const RefinementStudy& st
                                const Responses& responses);
 std::vector<Figure> figures_of(const Setting& setting, const GravityStudy& study);
 std::vector<Figure> figures_of(const Setting& setting, const ForceStudy& study);
+std::vector<Figure> figures_of(const Setting& setting, const VolumeStudy& study);
 
 /// Draws NAME.svg and NAME.png of each. Returns why one is missing, or nothing.
 std::string draw_figures(const std::vector<Figure>& figures, const std::filesystem::path& directory,
@@ -35,5 +36,6 @@ std::string refinement_series_csv(const Setting& setting, const Responses& respo
 std::string to_csv(const RefinementStudy& study);
 std::string to_csv(const GravityStudy& study);
 std::string to_csv(const ForceStudy& study);
+std::string to_csv(const VolumeStudy& study);
 
 }  // namespace innerspring

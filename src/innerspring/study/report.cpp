@@ -28,6 +28,12 @@ constexpr std::string_view about_force =
 A_i with it: for A and B, whose springs are equal, the loss follows the density of the mesh; for C it follows A_i/K_i, the depth
 under the load, which on a sphere is the same everywhere.)";
 
+constexpr std::string_view about_volume =
+    R"(The patch loads once more at Poisson's ratios from the paper's 0 to ½, by a pressure against the change of the
+enclosed volume. Equilibria of scheme C, each from rest; the last force of each vertex is the one that presses it in by 0.3 R. The pressure makes up for the dent all over the surface, so on a sphere that
+is squeezed at its poles the equator bulges; Lamé's series says by how much it does in a linear solid (<code>innerspring study truth</code> has
+more caps and loads, and the shape of the dent).)";
+
 std::string row(std::string_view term, const std::string& value) {
     return fmt::format("<dt>{}</dt><dd>{}</dd>\n", term, escape_xml(value));
 }
@@ -72,7 +78,8 @@ std::string_view css_class(Outcome outcome) {
 std::string title_of(std::string_view study) {
     return study == "refinement" ? "Refinement (Fig. 6)"
            : study == "gravity"  ? "Gravity (Figs. 7 and 8)"
-                                 : "Force (Fig. 9)";
+           : study == "force"    ? "Force (Fig. 9)"
+                                 : "Volume (Fig. 9 with Poisson's ratio)";
 }
 
 std::string command(const StudyResults& r, std::string_view study) {
@@ -158,6 +165,7 @@ std::string to_html(const StudyResults& r, const std::vector<Figure>& figures,
     if (r.refinement) html += section(r, figures, "refinement", about_refinement, directory);
     if (r.gravity) html += section(r, figures, "gravity", about_gravity, directory);
     if (r.force) html += section(r, figures, "force", about_force, directory);
+    if (r.volume) html += section(r, figures, "volume", about_volume, directory);
     return html + "</body>\n</html>\n";
 }
 

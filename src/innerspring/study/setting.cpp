@@ -78,6 +78,12 @@ void require_valid(const StudyOptions& o) {
     check("the number of levels", o.levels, 1, 4);
     check("the radius of influence, as a share of R,", o.influence_share, 0.01, 2);
     check("the radius of the refined region, as a share of R,", o.region_share, o.influence_share, 4);
+    if (o.poisson.empty()) throw InputError("Poisson's ratio: none is given");
+    for (std::size_t n = 0; n < o.poisson.size(); ++n) {
+        check("Poisson's ratio", o.poisson[n], 0, 0.5);
+        if (n > 0 && !(o.poisson[n] > o.poisson[n - 1]))
+            throw InputError("Poisson's ratios must be given in increasing order, each once");
+    }
 }
 
 bool is_sphere(const Body& body) {

@@ -16,6 +16,7 @@ struct StudyOptions {
     int levels = 2;                ///< of refinement: 1 .. 4
     double influence_share = 0.4;  ///< radius of influence of a patch load
     double region_share = 0.5;     ///< triangles within this of the loaded vertex are refined
+    std::vector<double> poisson = {0, 0.3, 0.45, 0.49, 0.5};  ///< of the volume study, increasing; 0 .. 1/2
 };
 
 enum class LoadKind { patch, point };

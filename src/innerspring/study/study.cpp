@@ -16,7 +16,7 @@ namespace {
 /// A case rests when no vertex is left with more than this share of the load.
 constexpr double at_rest = 1e-3;
 
-constexpr std::array<std::string_view, 4> kinds = {"refinement", "gravity", "force", "all"};
+constexpr std::array<std::string_view, 5> kinds = {"refinement", "gravity", "force", "volume", "all"};
 
 template <class Part>
 void append(std::vector<Part>& all, std::vector<Part> more) {
@@ -41,8 +41,8 @@ StudyKind parse_study(std::string_view text) {
     for (std::size_t n = 0; n < kinds.size(); ++n)
         if (text == kinds[n]) return StudyKind(n);
     const std::string nearest = nearest_name(text, kinds);
-    throw InputError(fmt::format("study '{}': expected refinement, gravity, force, all or truth{}", text,
-                                 nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+    throw InputError(fmt::format("study '{}': expected refinement, gravity, force, volume, all or truth{}",
+                                 text, nearest.empty() ? "" : "; did you mean " + nearest + "?"));
 }
 
 std::string study_command(const StudyResults& r, std::string_view study) {
@@ -63,6 +63,7 @@ StudyResults run_study(const Scene& scene, const StudyRun& run) {
     if (has(StudyKind::gravity)) append(jobs, gravity_jobs(s, refused));
     if (has(StudyKind::refinement)) append(jobs, refinement_jobs(s));
     if (has(StudyKind::force)) append(jobs, force_jobs(s));
+    if (has(StudyKind::volume)) append(jobs, volume_jobs(s));
 
     Responses responses;
     CasesOptions cases{s.sampling,      run.threads,  run.directory / "cases.txt",
@@ -114,6 +115,12 @@ StudyResults run_study(const Scene& scene, const StudyRun& run) {
         append(results.claims, claims_of(s, *results.force));
         append(figures, figures_of(s, *results.force));
         write_whole(run.directory / "force.csv", to_csv(*results.force));
+    }
+    if (has(StudyKind::volume)) {
+        results.volume = volume_study(s, responses);
+        append(results.claims, claims_of(s, *results.volume));
+        append(figures, figures_of(s, *results.volume));
+        write_whole(run.directory / "volume.csv", to_csv(*results.volume));
     }
     for (const Figure& figure : figures) write_whole(run.directory / (figure.name + ".csv"), to_csv(figure));
     write_whole(run.directory / "summary.json", to_json(results));

@@ -6,8 +6,8 @@
 
 namespace innerspring {
 
-/// Which of the paper's experiments.
-enum class StudyKind { refinement, gravity, force, all };
+/// Which of the paper's experiments; volume is Fig. 9 with Poisson's ratio.
+enum class StudyKind { refinement, gravity, force, volume, all };
 std::string_view to_string(StudyKind kind);
 StudyKind parse_study(std::string_view text);  ///< throws InputError
 
@@ -31,6 +31,7 @@ struct StudyResults {
     std::optional<RefinementStudy> refinement;
     std::optional<GravityStudy> gravity;
     std::optional<ForceStudy> force;
+    std::optional<VolumeStudy> volume;
     std::vector<Claim> claims;
     std::vector<std::string> warnings;
     std::size_t cases = 0;  ///< simulations
@@ -39,11 +40,11 @@ struct StudyResults {
     bool stopped = false;  ///< by StudyRun::stop: only the finished cases are saved
 };
 
-/// Runs the studies on the scene's mesh, material, centre and gravity (its scheme and forces play no part)
-/// and writes into the directory: summary.json, report.html, a CSV, SVG and PNG for each figure, CSVs of all
-/// rows and of displacements over time, and cases.txt for resuming. The same scene and options give the same
-/// bytes, whatever the threads and whether or not stopped in between. Throws InputError for bad input,
-/// RunError for a blow-up or a file that cannot be written.
+/// Runs the studies on the scene's mesh, material, centre and gravity (its scheme, forces and Poisson's ratio
+/// play no part) and writes into the directory: summary.json, report.html, a CSV, SVG and PNG for each
+/// figure, CSVs of all rows and of displacements over time, and cases.txt for resuming. The same scene and
+/// options give the same bytes, whatever the threads and whether or not stopped in between. Throws InputError
+/// for bad input, RunError for a blow-up or a file that cannot be written.
 StudyResults run_study(const Scene& scene, const StudyRun& run);
 
 /// "innerspring study refinement sphere -o DIR": what shows a claim or figure again.

@@ -91,6 +91,34 @@ Json json(const ForceStudy& study) {
     return {{"rows", rows}, {"means", means}};
 }
 
+Json json(const VolumeStudy& study) {
+    Json rows = Json::array(), means = Json::array(), bulge = Json::array();
+    for (const VolumeRow& r : study.rows)
+        rows.push_back({{"poisson", r.poisson},
+                        {"vertex", r.vertex},
+                        {"force_n", r.force_n},
+                        {"force_group", r.force_group},
+                        {"deepest", r.deepest},
+                        {"indentation_share", r.indentation_share},
+                        {"final_percent", r.final_percent},
+                        {"pressure_pa", r.pressure_pa}});
+    for (const VolumeMean& m : study.means)
+        means.push_back({{"poisson", m.poisson},
+                         {"force_n", m.force_n},
+                         {"force_group", m.force_group},
+                         {"deepest", m.deepest},
+                         {"indentation_share", m.indentation_share},
+                         {"final_percent", m.final_percent},
+                         {"largest_percent", m.largest_percent},
+                         {"law_percent", m.law_percent},
+                         {"pressure_pa", m.pressure_pa},
+                         {"law_pa", m.law_pa}});
+    for (const BulgeRow& b : study.bulge)
+        bulge.push_back(
+            {{"poisson", b.poisson}, {"equator", b.equator}, {"reference_equator", b.reference_equator}});
+    return {{"rows", rows}, {"means", means}, {"bulge", bulge}};
+}
+
 Json json(const StudyResults& r, const Claim& c) {
     Json j = {{"id", c.id},
               {"source", c.source},
@@ -153,6 +181,7 @@ std::string to_json(const StudyResults& r) {
     if (r.refinement) put("refinement", json(*r.refinement));
     if (r.gravity) put("gravity", json(*r.gravity));
     if (r.force) put("force", json(*r.force));
+    if (r.volume) put("volume", json(*r.volume));
     j["claims"] = Json::array();
     for (const Claim& claim : r.claims) j["claims"].push_back(json(r, claim));
     j["warnings"] = r.warnings;

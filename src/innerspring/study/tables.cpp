@@ -95,4 +95,13 @@ std::string to_csv(const ForceStudy& study) {
     return text;
 }
 
+std::string to_csv(const VolumeStudy& study) {
+    std::string text =
+        "poisson,vertex,force_n,force_group,deepest,indentation_share,final_percent,pressure_pa\n";
+    for (const VolumeRow& r : study.rows)
+        text += fmt::format("{},{},{},{},{},{},{},{}\n", r.poisson, r.vertex, r.force_n, r.force_group,
+                            int(r.deepest), r.indentation_share, r.final_percent, r.pressure_pa);
+    return text;
+}
+
 }  // namespace innerspring
