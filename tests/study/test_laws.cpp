@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "innerspring/mesh/geometry.h"
+#include "innerspring/sim/equilibrium.h"
 #include "study/small_study.h"
 
 namespace innerspring {
@@ -162,6 +164,39 @@ TEST(StudyLaws, TheBulgeOfBareSchemeC) {
     ASSERT_EQ(found.volume->bulge.size(), 5u);
     for (const BulgeRow& b : found.volume->bulge)
         EXPECT_NEAR(b.equator, 2 * b.poisson / (M_PI * (1 + std::cos(bulge_cap))), 0.004) << b.poisson;
+}
+
+/// Off the sphere a push costs dV_0/(1 + kappa/B): B is what the body at nu = 0 resists an even pressure
+/// with, p V/dV.
+TEST(StudyLaws, OnAnyShapeTheLossFallsByTheBodysStiffness) {
+    const TemporaryFolder folder("study-stiffness");
+    Scene organ;
+    organ.mesh = "organ:vertices=250";
+    StudyRun run = small_study(StudyKind::volume, folder.path, 2);
+    run.options.poisson = {0, 0.3, 0.49};
+    const StudyResults found = run_study(organ, run);
+    EXPECT_TRUE(found.volume->bulge.empty());
+
+    const Body& body = found.setting.body();
+    const double p = 1e-4;
+    std::vector<Vector> a(body.vertices(), Vector::Zero());  // dV/dx: a third of the areas around
+    for (const Triangle& t : body.rest.triangles)
+        for (const Index i : t) a[i] += double_area_vector(body.rest.positions, t) / 6;
+    Loads loads{Vector::Zero(), {}, {}};
+    for (Index i = 0; i < a.size(); ++i) loads.forces.push_back(point_force(i, p * a[i]));
+    State state = rest_state(body);
+    ASSERT_TRUE(solve_equilibrium(body, loads, state).reached);
+    const double B = p / (volume(state.x, body.rest.triangles) / body.volume - 1);
+
+    const std::size_t each = found.volume->means.size() / 3;
+    for (std::size_t n = each; n < 3 * each; ++n) {
+        const VolumeMean &m = found.volume->means[n], &base = found.volume->means[n % each];
+        if (m.deepest || m.force_group > 1e-3) continue;
+        Material material = body.material;
+        material.poisson = m.poisson;
+        EXPECT_NEAR(base.final_percent / m.final_percent / (1 + bulk_modulus(material) / B), 1, 0.01)
+            << m.poisson << ", " << m.force_group;
+    }
 }
 
 /// One test, as each is a process of its own and the study is run once for all.

@@ -89,6 +89,36 @@ Claim law_with_poisson(const VolumeStudy& study) {
     return c;
 }
 
+/// On any shape: the pressure P adds P a^T A a to the volume that the push costs (A: displacements under
+/// forces, a = dV/dx), and P = -kappa dV/V. So dV = dV_0/(1 + kappa/B), B = V/(a^T A a), which is
+/// (E + 3 E_s/R)/3 of the sphere.
+Claim one_stiffness(const Setting& s, const VolumeStudy& study) {
+    Claim c{"volume_stiffness", "law 2 with ν",
+            "On any shape the loss is that of ν = 0 over 1 + κ/B, with one stiffness B of the body for all ν "
+            "and forces, within 5 % for F/(ER²) ≤ 0.001"};
+    c.threshold = 5, c.unit = "% from the first B", c.study = "volume";
+    const std::vector<const VolumeMean*> base = means_at(study, 0);
+    std::vector<Judged> numbers;
+    double first = 0, least = INFINITY, largest = 0;
+    for (const double poisson : s.options.poisson) {
+        if (base.empty() || poisson == 0 || poisson == hard) continue;
+        Material m = s.body().material;
+        m.poisson = poisson;
+        const std::vector<const VolumeMean*> means = means_at(study, poisson);
+        for (std::size_t n = 0; n < means.size() && !means[n]->deepest && means[n]->force_group <= 1e-3;
+             ++n) {
+            const double B = bulk_modulus(m) / (base[n]->final_percent / means[n]->final_percent - 1);
+            if (first == 0) first = B;
+            least = std::min(least, B), largest = std::max(largest, B);
+            numbers.push_back(
+                {means[n]->force_group, fmt::format("ν = {:g}", poisson), 100 * std::abs(B / first - 1)});
+        }
+    }
+    if (!numbers.empty()) c.measured = fmt::format("B = {:.4g} to {:.4g} Pa", least, largest);
+    judge(c, numbers);
+    return c;
+}
+
 Claim bulge(const VolumeStudy& study) {
     Claim c{
         "volume_bulge", "linear elasticity",
@@ -111,7 +141,8 @@ Claim bulge(const VolumeStudy& study) {
 }  // namespace
 
 std::vector<Claim> claims_of(const Setting& s, const VolumeStudy& study) {
-    std::vector<Claim> claims{volume_kept(study), falls_with_poisson(s, study), law_with_poisson(study)};
+    std::vector<Claim> claims{volume_kept(study), falls_with_poisson(s, study), law_with_poisson(study),
+                              one_stiffness(s, study)};
     if (!study.bulge.empty()) claims.push_back(bulge(study));
     return claims;
 }

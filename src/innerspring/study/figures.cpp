@@ -259,21 +259,24 @@ std::vector<Figure> figures_of(const Setting& s, const VolumeStudy& study) {
         double (*law)(const VolumeMean&);
     };
     static constexpr Measure measures[] = {
-        {"final", "Volume under a push", "volume variation [%]", "final_percent",
-         "Fig. 9 with Poisson's ratio: |ΔV/V| in equilibrium. Dashed: law 2, 3F/(4πR²(E + 3κ + 3E_s/R))",
-         [](const VolumeMean& m) { return std::abs(m.final_percent); },
+        {"final", "Volume under a push", "volume variation [%]", "largest_percent",
+         "Fig. 9 with Poisson's ratio: |ΔV/V| in equilibrium, the largest. Dashed: law 2, 3F/(4πR²(E + 3κ + "
+         "3E_s/R))",
+         [](const VolumeMean& m) { return m.largest_percent; },
          [](const VolumeMean& m) { return -m.law_percent; }},
         {"pressure", "Pressure under a push", "pressure [Pa]", "pressure_pa",
-         "What resists the change of volume, P = -κ ΔV/V; at ν = ½ its limit. Dashed: of law 2",
+         "What resists the change of volume, P = -κ ΔV/V; at ν = ½ its limit, in the mean. Dashed: of law 2",
          [](const VolumeMean& m) { return m.pressure_pa; }, [](const VolumeMean& m) { return m.law_pa; }},
         {"indentation", "Indentation under a push", "indentation [R]", "indentation_share",
-         "Displacement of the loaded vertex: the volume term hardly makes the body harder under the finger",
+         "Displacement of the loaded vertex: the volume term hardly makes the body harder under the finger; "
+         "in the "
+         "mean",
          [](const VolumeMean& m) { return m.indentation_share; }, nullptr}};
     std::vector<Figure> figures;
     for (const Measure& measure : measures) {
         Figure f{fmt::format("fig9_nu_{}", measure.name), "", "volume", {}, "force_group", {}};
-        f.caption = fmt::format("{}; mean over {} vertices spread over the surface.", measure.caption,
-                                s.sampled.size());
+        f.caption =
+            fmt::format("{}; over {} vertices spread over the surface.", measure.caption, s.sampled.size());
         f.plot.title = measure.title;
         f.plot.x_label = group_label, f.plot.y_label = measure.y_label;
         f.plot.log_x = f.plot.log_y = true;
