@@ -70,9 +70,11 @@ std::string arguments(const Arguments& a, const std::string& mesh) {
 
 void print(const StudyResults& r, const std::string& directory) {
     const Body& body = r.setting.body();
-    fmt::print("{}: {} vertices, {} triangles, centre {}; {} simulations of {:.3g} s\n\n", body.rest.name,
-               body.vertices(), body.rest.triangles.size(), to_string(body.centre.kind), r.cases,
-               r.setting.sampling.duration_s());
+    fmt::print("{}: {} vertices, {} triangles, centre {}; {} cases{}\n\n", body.rest.name, body.vertices(),
+               body.rest.triangles.size(), to_string(body.centre.kind), r.cases,
+               r.kind == StudyKind::volume
+                   ? ", each a series of equilibria"
+                   : fmt::format(", simulated for {:.3g} s", r.setting.sampling.duration_s()));
     for (const Claim& c : r.claims) {
         fmt::print("{:<13} {}: {}\n", to_string(c.outcome), c.source, c.claim);
         if (!c.measured.empty()) fmt::print("{:<13} {}\n", "", c.measured);

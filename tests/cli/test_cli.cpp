@@ -222,8 +222,8 @@ TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
                       "/volume/rows/0/pressure_pa", "/volume/bulge/4/equator", "/claims/0/verdict"});
     EXPECT_EQ(all["command"], "innerspring study all sphere:vertices=150 --vertices 2 --quick -o DIR");
     EXPECT_TRUE(std::filesystem::exists(folder.path / "report.html"));
-    const auto again = json("study force sphere:vertices=150 --quick --json --vertices 2 --resume " + out);
-    EXPECT_EQ(again["rows"], all["force"]["rows"]);
+    const auto again = json("study volume sphere:vertices=150 --quick --json --vertices 2 --resume " + out);
+    EXPECT_EQ(again["rows"], all["volume"]["rows"]);
     expect_refused("study all sphere:vertices=160 --quick --vertices 2 --resume " + out,
                    "cases of another study");
     expect_refused("study al " + out, "expected refinement, gravity, force, volume, all or truth");

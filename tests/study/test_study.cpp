@@ -26,26 +26,52 @@ void expect_units(const std::string& header) {
     }
 }
 
-TEST(Study, OneAndTwoThreadsWriteTheSameBytes) {
-    const TemporaryFolder one("study-one"), two("study-two");
-    StudyRun run = small_study(StudyKind::force, one.path);
-    run.threads = 1;
-    run_study(small_sphere(), run);
-    run.directory = two.path;
-    run.threads = 2;
-    run_study(small_sphere(), run);
-    for (const char* file : {"summary.json", "force.csv", "fig9_mean_patch.csv"}) {
-        EXPECT_FALSE(content(one.path / file).empty());
-        EXPECT_EQ(content(one.path / file), content(two.path / file)) << file;
+void expect_same(const fs::path& a, const fs::path& b, std::initializer_list<const char*> files) {
+    for (const char* file : files) {
+        EXPECT_FALSE(content(a / file).empty()) << file;
+        EXPECT_EQ(content(a / file), content(b / file)) << file;
     }
 }
 
-TEST(Study, StoppedAndResumedItWritesTheSameBytes) {
-    const TemporaryFolder whole("study-whole"), parts("study-parts");
-    run_study(small_sphere(), small_study(StudyKind::refinement, whole.path));
+/// Of a refinement study.
+void expect_keys_and_units(const fs::path& folder) {
+    const nlohmann::json s = summary(folder);
+    for (const char* key : {"version", "mesh", "centre", "material", "groups", "influence_m", "region_m",
+                            "dt_s", "duration_s", "command", "claims", "rows", "means"})
+        EXPECT_TRUE(s.contains(key)) << key;
+    EXPECT_EQ(s["rows"].size(), 2u * 4 * std::size_t(small_study(StudyKind::all, "").options.vertices) * 4);
+    EXPECT_EQ(s["means"].size(), 2u * 4 * 4);
+    for (const char* key : {"load", "scheme", "levels", "vertex", "force_n", "force_group", "coarse_final_m",
+                            "refined_final_m", "ratio", "mean_deviation_m", "std_deviation_m",
+                            "mean_deviation_relative", "std_deviation_relative"}) {
+        EXPECT_TRUE(s["rows"][0].contains(key)) << key;
+        EXPECT_TRUE(std::string(key) == "vertex" || s["means"][0].contains(key)) << key;
+    }
+    for (const auto& claim : s["claims"])
+        for (const char* key :
+             {"id", "source", "claim", "measured", "verdict", "number", "threshold", "command"})
+            EXPECT_TRUE(claim.contains(key)) << key;
+    std::size_t tables = 0;
+    for (const auto& entry : fs::directory_iterator(folder)) {
+        if (entry.path().extension() != ".csv") continue;
+        const std::string text = content(entry.path());
+        expect_units(text.substr(0, text.find('\n')));
+        EXPECT_EQ(text.find("nan"), std::string::npos) << entry.path();
+        ++tables;
+    }
+    EXPECT_GE(tables, 9u);
+}
+
+/// One test, as each is a process of its own and the whole studies serve it all.
+TEST(Study, ThreadsStopsAndCasesOfOtherStudiesLeaveNoTrace) {
+    const TemporaryFolder whole("study-whole"), parts("study-parts"), force("study-force");
+    StudyRun run = small_study(StudyKind::refinement, whole.path);
+    run.threads = 2;
+    run_study(small_sphere(), run);
+    expect_keys_and_units(whole.path);
 
     std::atomic<bool> stop{false};
-    StudyRun run = small_study(StudyKind::refinement, parts.path);
+    run.directory = parts.path;
     run.threads = 1;
     run.stop = &stop;
     run.progress = [&](const StudyProgress&) { stop = true; };  // as soon as there is something to tell
@@ -62,15 +88,24 @@ TEST(Study, StoppedAndResumedItWritesTheSameBytes) {
     EXPECT_FALSE(resumed.stopped);
     EXPECT_GT(least, kept);
     EXPECT_GT(resumed.cases, kept);
-    for (const char* file : {"summary.json", "refinement.csv", "refinement_series_patch.csv"})
-        EXPECT_EQ(content(whole.path / file), content(parts.path / file)) << file;
+    expect_same(whole.path, parts.path, {"summary.json", "refinement.csv", "refinement_series_patch.csv"});
 
-    run.options.vertices = 4;
-    EXPECT_THROW(run_study(small_sphere(), run), InputError) << "another study's cases";
-    run.options.vertices = small_study(StudyKind::refinement, "").options.vertices;
+    StudyRun other = run;
+    other.options.vertices = 4;
+    EXPECT_THROW(run_study(small_sphere(), other), InputError) << "another study's cases";
     Scene stiffer = small_sphere();
     stiffer.material.young = 20;
     EXPECT_THROW(run_study(stiffer, run), InputError) << "another material's cases";
+
+    // The force study shares cases with the refinement, by one thread; beside it from nothing, by two.
+    run.kind = StudyKind::force;
+    run.progress = {};
+    run_study(small_sphere(), run);
+    run.directory = force.path;
+    run.threads = 2;
+    run.resume = false;
+    run_study(small_sphere(), run);
+    expect_same(force.path, parts.path, {"summary.json", "force.csv", "fig9_mean_patch.csv"});
 }
 
 TEST(Study, TheVolumeStudyTakesUpItsCasesToTheSameBytes) {
@@ -89,10 +124,8 @@ TEST(Study, TheVolumeStudyTakesUpItsCasesToTheSameBytes) {
     run.options.poisson = {0, 0.5};
     run.resume = true;
     EXPECT_EQ(run_study(small_sphere(), run).cases, 4u);
-    for (const char* file : {"summary.json", "volume.csv", "fig9_nu_final.csv", "fig9_nu_bulge.csv"}) {
-        EXPECT_FALSE(content(whole.path / file).empty()) << file;
-        EXPECT_EQ(content(whole.path / file), content(parts.path / file)) << file;
-    }
+    expect_same(whole.path, parts.path,
+                {"summary.json", "volume.csv", "fig9_nu_final.csv", "fig9_nu_bulge.csv"});
     const std::string table = content(whole.path / "volume.csv");
     expect_units(table.substr(0, table.find('\n')));
     const nlohmann::json s = summary(whole.path);
@@ -104,46 +137,6 @@ TEST(Study, TheVolumeStudyTakesUpItsCasesToTheSameBytes) {
     }
     run.options.poisson = {0.5, 0.3};
     EXPECT_THROW(run_study(small_sphere(), run), InputError);
-}
-
-TEST(Study, CasesOfAnotherKindOfStudyAreSharedAndLeaveNoTrace) {
-    const TemporaryFolder alone("study-alone"), after("study-after");
-    run_study(small_sphere(), small_study(StudyKind::force, alone.path));
-    run_study(small_sphere(), small_study(StudyKind::refinement, after.path));
-    StudyRun run = small_study(StudyKind::force, after.path);
-    run.resume = true;
-    run_study(small_sphere(), run);
-    EXPECT_EQ(content(alone.path / "summary.json"), content(after.path / "summary.json"));
-}
-
-TEST(Study, SummaryAndTablesHaveTheirKeysAndUnits) {
-    const TemporaryFolder folder("study-keys");
-    run_study(small_sphere(), small_study(StudyKind::refinement, folder.path));
-    const nlohmann::json s = summary(folder.path);
-    for (const char* key : {"version", "mesh", "centre", "material", "groups", "influence_m", "region_m",
-                            "dt_s", "duration_s", "command", "claims", "rows", "means"})
-        EXPECT_TRUE(s.contains(key)) << key;
-    EXPECT_EQ(s["rows"].size(), 2u * 4 * std::size_t(small_study(StudyKind::all, "").options.vertices) * 4);
-    EXPECT_EQ(s["means"].size(), 2u * 4 * 4);
-    for (const char* key : {"load", "scheme", "levels", "vertex", "force_n", "force_group", "coarse_final_m",
-                            "refined_final_m", "ratio", "mean_deviation_m", "std_deviation_m",
-                            "mean_deviation_relative", "std_deviation_relative"}) {
-        EXPECT_TRUE(s["rows"][0].contains(key)) << key;
-        EXPECT_TRUE(std::string(key) == "vertex" || s["means"][0].contains(key)) << key;
-    }
-    for (const auto& claim : s["claims"])
-        for (const char* key :
-             {"id", "source", "claim", "measured", "verdict", "number", "threshold", "command"})
-            EXPECT_TRUE(claim.contains(key)) << key;
-    std::size_t tables = 0;
-    for (const auto& entry : fs::directory_iterator(folder.path)) {
-        if (entry.path().extension() != ".csv") continue;
-        const std::string text = content(entry.path());
-        expect_units(text.substr(0, text.find('\n')));
-        EXPECT_EQ(text.find("nan"), std::string::npos) << entry.path();
-        ++tables;
-    }
-    EXPECT_GE(tables, 9u);
 }
 
 TEST(Study, TheReportStandsByItself) {

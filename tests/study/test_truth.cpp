@@ -151,16 +151,14 @@ Scene small_ellipsoid() {
 
 TEST(Truth, TheSameBytesOnOneAndTwoThreadsStoppedAndResumed) {
     if (!tetgen_here()) GTEST_SKIP() << "tetgen is not installed";
-    const TemporaryFolder one("truth-one"), two("truth-two"), parts("truth-parts");
+    const TemporaryFolder one("truth-one"), parts("truth-parts");
     TruthRun run = small_truth(one.path);
     run.threads = 1;
-    run_truth(small_ellipsoid(), run);
-    run.directory = two.path;
-    run.threads = 2;
     run_truth(small_ellipsoid(), run);
 
     std::atomic<bool> stop{false};
     run.directory = parts.path;
+    run.threads = 2;
     run.stop = &stop;
     run.progress = [&](const StudyProgress&) { stop = true; };
     EXPECT_TRUE(run_truth(small_ellipsoid(), run).stopped);
@@ -172,7 +170,6 @@ TEST(Truth, TheSameBytesOnOneAndTwoThreadsStoppedAndResumed) {
     EXPECT_GT(least, 1u) << "the first load was solved again";
     for (const char* file : {"summary.json", "truth.csv"}) {
         EXPECT_FALSE(content(one.path / file).empty());
-        EXPECT_EQ(content(one.path / file), content(two.path / file)) << file;
         EXPECT_EQ(content(one.path / file), content(parts.path / file)) << file;
     }
     run.options.element_poisson = 0.2;

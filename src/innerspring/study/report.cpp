@@ -62,7 +62,7 @@ std::string head(const StudyResults& r) {
         fmt::format("{:.4g} s in steps of {:.4g} s, sub-stepped as stability needs; largest force left on a "
                     "vertex at the end: {:.2g} of the load",
                     s.sampling.duration_s(), s.sampling.dt_s, r.largest_imbalance));
-    html += row("cases", fmt::format("{} simulations", r.cases));
+    html += row("cases", fmt::format("{}: simulations, or series of equilibria (volume)", r.cases));
     html += "</dl>\n<p><code>" + escape_xml(study_command(r, to_string(r.kind))) + "</code></p>\n";
     for (const std::string& warning : r.warnings) html += "<p>Note: " + escape_xml(warning) + "</p>\n";
     return html;
