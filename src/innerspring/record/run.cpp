@@ -341,11 +341,12 @@ Summary run(const Scene& scene, const RunOptions& options) {
               {{"scheme " + std::string(to_string(body.scheme)), {}, {}}}};
     for (const Measures& r : rows)
         plot.curves[0].x.push_back(r.time), plot.curves[0].y.push_back(r.volume_variation_percent);
-    if (!scene.equilibrium)
+    if (!scene.equilibrium && options.pictures)
         if (const std::string why = write_svg(plot, options.directory / "volume.svg"); !why.empty())
             summary.warnings.push_back(why);
-    writer.picture(state, fmt::format("{}, scheme {}, t = {:.3g} s", body.rest.name, to_string(body.scheme),
-                                      state.time));
+    if (options.pictures)
+        writer.picture(state, fmt::format("{}, scheme {}, t = {:.3g} s", body.rest.name,
+                                          to_string(body.scheme), state.time));
     write_whole(options.directory / "summary.json", to_json(summary));
     return summary;
 }

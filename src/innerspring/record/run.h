@@ -19,6 +19,7 @@ struct RunOptions {
     bool resume = false;                                 ///< go on from the state in the directory
     std::function<void(const Progress&)> progress = {};  ///< called about ten times a second; may be empty
     const std::atomic<bool>* stop = nullptr;             ///< when it becomes true the run is saved and ends
+    bool pictures = true;                                ///< false: no volume.svg and no picture.png
 };
 
 /// How a run ended and what it found; what summary.json holds.

@@ -114,6 +114,7 @@ Claim one_stiffness(const Setting& s, const VolumeStudy& study) {
                 {means[n]->force_group, fmt::format("ν = {:g}", poisson), 100 * std::abs(B / first - 1)});
         }
     }
+    if (numbers.empty()) c.condition = "ν = 0 and one between 0 and ½ are needed";
     if (!numbers.empty()) c.measured = fmt::format("B = {:.4g} to {:.4g} Pa", least, largest);
     judge(c, numbers);
     return c;
