@@ -4,9 +4,12 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <optional>
 
 #include "innerspring/mesh/shapes.h"
+#include "innerspring/sim/refiner.h"
 #include "innerspring/sim/step.h"
 
 using namespace innerspring;
@@ -52,6 +55,53 @@ Tool faceted() {
     return mesh_tool(mesh, {{0, 0, 1.25}}, 0.3);
 }
 
+double median(std::vector<double> times) {
+    if (times.empty()) return 0;
+    std::nth_element(times.begin(), times.begin() + std::ptrdiff_t(times.size() / 2), times.end());
+    return times[times.size() / 2];
+}
+
+/// The mesh follows a ball of 0.1 m that is pressed in and out at 1.5 m/s: medians of a change, and of the
+/// step after one and of others [ms].
+void refined(benchmark::State& b) {
+    const auto shape = fmt::format("icosphere:vertices={}", b.range(0));
+    std::vector<double> change, after, other;
+    for (auto _ : b) {
+        Body body = build_body(make_shape(shape));
+        StepOptions options;
+        options.dt = 1e-3;
+        Workspace workspace(body, options);
+        State state = rest_state(body);
+        Tool tool = sphere_tool(0.1, {0, 0, 1.25}, 0.3);
+        tool.path = {{0, {{0, 0, 1.25}}}, {0.2, {{0.05, 0, 0.95}}}, {0.4, {{0, 0, 1.25}}}};
+        Loads loads{Vector::Zero(), {}, {}, {tool}};
+        RefineRule rule;
+        rule.tool_share = 0.1, rule.levels = 3;
+        Refiner refiner(body, {rule});
+        step(body, loads, state, workspace);  // builds the trees
+        for (int n = 1; n < 400; ++n) {
+            const auto milliseconds = [](auto&& work) {
+                const auto start = std::chrono::steady_clock::now();
+                work();
+                return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                    .count();
+            };
+            const int before = refiner.changes();
+            const double refine = milliseconds([&] {
+                refiner.before_step(state.time, options.dt, body, loads, state,
+                                    [&](const Transfer& t) { workspace.adapt(body, t); });
+            });
+            const double step_ms = milliseconds([&] { step(body, loads, state, workspace); });
+            const bool changed = refiner.changes() > before;
+            if (changed) change.push_back(refine);
+            (changed ? after : other).push_back(step_ms);
+        }
+    }
+    b.counters["changes"] = double(change.size()) / double(b.iterations());
+    b.counters["change_ms"] = median(change), b.counters["step_after_ms"] = median(after);
+    b.counters["other_step_ms"] = median(other);
+}
+
 }  // namespace
 
 BENCHMARK_CAPTURE(steps, no_tool, {})->Unit(benchmark::kMicrosecond);
@@ -61,5 +111,6 @@ BENCHMARK_CAPTURE(steps, ball_drawn, ball(0.3, 0.05), 0.2)->Unit(benchmark::kMic
 BENCHMARK_CAPTURE(steps, small_ball, ball(0.02, 0.02))->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(steps, mesh_of_5120_triangles, faceted())->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(steps, floor, plane_tool({0, 0, -0.97}, {0, 0, 1}, 0.3))->Unit(benchmark::kMicrosecond);
+BENCHMARK(refined)->Arg(10242)->Arg(40962)->Unit(benchmark::kMillisecond)->Iterations(3);
 
 BENCHMARK_MAIN();

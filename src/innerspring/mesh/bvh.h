@@ -60,6 +60,23 @@ bool for_each_overlap(const BoxTree& tree, const Box& box, Function&& fn) {
     return true;
 }
 
+/// Calls fn(item) for every item in a leaf whose box, and those around it, are near(box).
+template <class Near, class Function>
+void for_each_near(const BoxTree& tree, Near&& near, Function&& fn) {
+    std::array<Index, 128> stack;
+    std::size_t top = 0;
+    if (!tree.nodes.empty()) stack[top++] = 0;
+    while (top > 0) {
+        const BoxTree::Node& node = tree.nodes[stack[--top]];
+        if (!near(node.box)) continue;
+        if (node.count == 0) {
+            stack[top++] = node.first + 1;
+            stack[top++] = node.first;
+        }
+        for (Index slot = node.first; slot < node.first + node.count; ++slot) fn(tree.items[slot]);
+    }
+}
+
 /// Calls fn(item, other) once for every pair of items whose boxes overlap, until fn returns false. False if
 /// it was stopped.
 template <class Function>

@@ -63,6 +63,12 @@ DistanceField build_distance_field(SurfaceMesh mesh) {
         }
     field.tree = build_box_tree(boxes);
     for (const Vector& p : x) field.radius = std::max(field.radius, p.norm());
+    for (const Triangle& t : mesh.triangles) {
+        const Vector middle = (x[t[0]] + x[t[1]] + x[t[2]]) / 3;
+        double r2 = 0;
+        for (Index i : t) r2 = std::max(r2, (x[i] - middle).squaredNorm());
+        field.balls.push_back({middle, std::sqrt(r2) + 1e-9 * field.radius});
+    }
     field.mesh = std::move(mesh);
     return field;
 }
@@ -77,21 +83,28 @@ double distance2(const Box& box, const Vector& p) {
 struct Search {
     const DistanceField& field;
     const Vector& p;
-    double best;  ///< squared [m^2]
+    double best, root;  ///< squared [m^2], and at least that [m]
     Index triangle = no_index;
     OnTriangle on{Vector::Zero(), {}};
 
     Search(const DistanceField& f, const Vector& point, double within)
         : field(f),
           p(point),
-          best(within < 1e150 ? within * within : std::numeric_limits<double>::infinity()) {}
+          best(within < 1e150 ? within * within : std::numeric_limits<double>::infinity()),
+          root(within) {}
 
     void look_at(Index t) {
+        // No point of it is nearer than its ball.
+        const DistanceField::Ball& ball = field.balls[t];
+        const double reach = ball.radius + root;
+        if ((p - ball.centre).squaredNorm() > reach * reach) return;
         const Triangle& corners = field.mesh.triangles[t];
         const auto& x = field.mesh.positions;
         const OnTriangle q = nearest_on_triangle(p, x[corners[0]], x[corners[1]], x[corners[2]]);
         const double d2 = (p - q.point).squaredNorm();
-        if (d2 < best || (d2 == best && t < triangle)) best = d2, triangle = t, on = q;
+        if (!(d2 < best || (d2 == best && t < triangle))) return;
+        best = d2, triangle = t, on = q;
+        root = std::sqrt(best);  // the balls are a little larger than need be, for rounding
     }
     Nearest result() const;
 };
@@ -166,7 +179,7 @@ Nearest Search::result() const {
     // Too near to tell a direction: that of the surface.
     const Vector normal = distance > 1e-9 * field.radius ? Vector((outside ? 1 : -1) / distance * away)
                                                          : outward.stableNormalized();
-    return {outside ? distance : -distance, normal};
+    return {outside ? distance : -distance, normal, triangle};
 }
 
 }  // namespace innerspring

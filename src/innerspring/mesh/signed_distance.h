@@ -24,7 +24,12 @@ struct DistanceField {
     BoxTree tree;                                ///< of the triangles' boxes
     std::vector<Vector> corner_normals;          ///< per vertex, weighted by angle
     std::vector<std::array<Vector, 3>> normals;  ///< per triangle: sum over both sides of (0,1), (1,2), (2,0)
-    double radius = 0;                           ///< of the ball about the origin that holds it [m]
+    struct Ball {
+        Vector centre;
+        double radius;
+    };
+    std::vector<Ball> balls;  ///< per triangle: it lies within [m]
+    double radius = 0;        ///< of the ball about the origin that holds it [m]
 };
 
 /// Throws InputError if the surface is not usable (see require_usable).
@@ -33,6 +38,7 @@ DistanceField build_distance_field(SurfaceMesh mesh);
 struct Nearest {
     double distance = std::numeric_limits<double>::infinity();  ///< [m], negative inside
     Vector normal = Vector::Zero();  ///< unit, where the distance grows fastest; undefined beyond `within`
+    Index triangle = no_index;       ///< of a mesh: the nearest, of equals that with the lowest index
 };
 
 /// Infinitely far if nothing is within `within` [m].
@@ -47,6 +53,11 @@ struct NearTriangles {
     std::array<Index, 12> triangles;
     /// Whether the nearest is among them for a point that is at most `distance` from the surface.
     bool answer(const Vector& p, double distance) const { return (p - centre).norm() + distance <= radius; }
+    /// It is likely to be the nearest: others are then mostly seen to be farther at a glance.
+    void begin_with(Index triangle) {
+        for (Index n = 1; n < count; ++n)
+            if (triangles[n] == triangle) return std::swap(triangles[0], triangles[n]);
+    }
 };
 NearTriangles triangles_near(const DistanceField& field, const Vector& centre, double radius);
 

@@ -1,4 +1,7 @@
 #pragma once
+#include <limits>
+
+#include "innerspring/sim/contact_trees.h"
 #include "innerspring/sim/forces.h"
 
 namespace innerspring {
@@ -42,7 +45,8 @@ struct Candidate {
     Vector foreseen = Vector::Zero();
     Vector impulse = Vector::Zero();  ///< by all tools in this step of dt [N s]
     double normal = 0;                ///< its normal part [N s]
-    Index place = no_index;           ///< scratch
+    Index at = no_index;              ///< its place
+    Index use = no_index;             ///< scratch
 };
 
 /// Contact between a body and tools without a stiffness to choose (ours). A vertex whose next position would
@@ -66,6 +70,12 @@ class Contact {
         double speed = 0;         ///< |v_i| [m/s]
         double share = 0.05;      ///< of the displacement, that springs may set free within the step
         HomeFrame frame;
+        bool alone = false;  ///< resolve() will be called: vertices that nothing couples need no Candidate
+    };
+
+    /// Where a vertex is before a sub-step, and its velocity after it.
+    struct Carried {
+        Vector x, v;  ///< [m], [m/s]
     };
 
     /// Where a tool may press: n . v' >= least there.
@@ -83,27 +93,54 @@ class Contact {
         bool fresh = true, known = true;  ///< of press(): new; whether jn is known well enough for friction
     };
 
-    /// The body has changed.
-    void forget() { vertex_tree_.nodes.clear(); }
+    /// Follows a change of the body's mesh, at its own cost.
+    void adapt(const Body& body, const SurfaceChange& surface, const BodyChange& change);
 
     /// Before a step of dt [s] in sub-steps of h [s]: finds the candidates. `stiffness` [1/s^2] bounds how
     /// the springs accelerate them; x_of(vertex) is its position [m]. Costs as much as there is near the
-    /// tools.
+    /// tools. `places`: of the vertices, for resolve(); none: the vertices themselves.
     template <class PositionOf>
     void begin(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
-               double dt, double h, PositionOf&& x_of) {
+               double dt, double h, std::span<const Index> places, PositionOf&& x_of) {
         find(body, loads, motion, stiffness, time, dt, h);
         x_.clear();
         for (const auto& [vertex, tool] : found_) x_.push_back(x_of(vertex));
         for (const auto& [triangle, tool] : found_faces_)
             for (Index corner : body.rest.triangles[triangle]) x_.push_back(x_of(corner));
-        narrow(body, loads);
+        narrow(body, loads, motion.alone);
+        const auto place_of = [&](Index i) { return places.empty() ? i : places[i]; };
+        for (Lone& l : lones_) l.place = place_of(l.vertex);
+        for (Candidate& c : candidates_) c.at = place_of(c.vertex);
     }
 
     std::vector<Candidate>& candidates() { return candidates_; }
 
-    /// One sub-step from `time` to time + h on the candidates.
-    void resolve(const Loads& loads, double time, double h);
+    /// One sub-step from `time` to time + h on the candidates, and on the vertices that only one tool may
+    /// meet. The caller says with look(vertex, place) where they are, and takes with give(vertex, place,
+    /// carried) what the tools made of it; `expect(vertex, place)`: it will be looked at soon.
+    template <class Expect, class Look, class Give>
+    void resolve(const Loads& loads, double time, double h, Expect&& expect, Look&& look, Give&& give) {
+        place_tools(loads, time, h);
+        for (std::size_t first = 0, count; first < lones_.size(); first += count) {
+            count = next_lones(first);
+            for (std::size_t n = first; n < first + count; ++n) {
+                const Lone& later = lones_[std::min(n + ahead, lones_.size() - 1)];
+                expect(later.vertex, later.place);
+                carried_[n - first] = look(lones_[n].vertex, lones_[n].place);
+            }
+            press_alone(loads.tools[lones_[first].tool], first, count, h);
+            for (std::size_t n = 0; n < count; ++n)
+                if (pressed_[n]) give(lones_[first + n].vertex, lones_[first + n].place, carried_[n]);
+        }
+        if (candidates_.empty()) return;
+        for (Candidate& c : candidates_) {
+            const Carried at = look(c.vertex, c.at);
+            c.x = at.x, c.v = at.v;
+        }
+        resolve_coupled(loads, time, h);
+        for (const Candidate& c : candidates_)
+            if (c.changed) give(c.vertex, c.at, {c.x, c.v});
+    }
 
     /// Its parts: finds where something would get into a tool, false if nowhere; finds the impulses, or more
     /// of them if the velocities were changed since; takes them over.
@@ -137,7 +174,7 @@ class Contact {
     };
     struct ToolData {
         const void* key = nullptr;  ///< the mesh the probes are of
-        double radius = -1, length = -1;
+        double radius = -1, length = -1, spacing = 0;
         Probes probes;
         BoxTree probe_tree;
         double fine_side = 0;         ///< the least of the probes' [m]
@@ -145,6 +182,7 @@ class Contact {
         double bound = 0;             ///< of the ball about the origin that holds the tool [m]
         double sweep = 0;             ///< how far its points move in this step [m]
         double turn = 0;              ///< the angle [1]
+        bool still = false;           ///< does not move in this step
         Placed start, now, next;      ///< at the start of the step, before and after the sub-step
         Placed back;                  ///< from after the sub-step to before
     };
@@ -155,12 +193,26 @@ class Contact {
         double distance;  ///< [m]
         NearTriangles few;
     };
-    struct VertexPair {
-        Index candidate, tool;
+    struct Near {  ///< a vertex near a tool at the start of the step
+        Index tool;
         Index seen;       ///< of a mesh
-        double distance;  ///< at the start of the step [m]
-        Vector local;     ///< there, in the tool's frame
+        double distance;  ///< [m]
+        Vector local;     ///< where it is in the tool's frame
+    };
+    struct VertexPair : Near {
+        Index candidate;
         bool met = false;
+    };
+    /// A vertex that no other tool and no face may meet: all of it is done in one place.
+    struct Lone : Near {
+        Index vertex, place;
+        double mass, inverse_mass;        ///< [kg]
+        Vector impulse = Vector::Zero();  ///< in this step of dt [N s]
+        double normal = 0;                ///< its normal part [N s]
+    };
+    struct Met {
+        Vector normal, surface;  ///< of the tool after the sub-step
+        bool touching;           ///< before it
     };
     struct FacePair {
         std::array<Index, 6> corners;  ///< candidates; the last three lie across the sides
@@ -181,37 +233,53 @@ class Contact {
     void prepare(const Body& body, const Loads& loads, double time, double dt);
     void find(const Body& body, const Loads& loads, const Motion& motion, double stiffness, double time,
               double dt, double h);
-    void narrow(const Body& body, const Loads& loads);
+    void reserve(std::size_t vertices);
+    void mark(Index item) {
+        const std::size_t word = item / 64;
+        marks_[word] |= std::uint64_t(1) << (item % 64);
+        first_mark_ = std::min(first_mark_, word), last_mark_ = std::max(last_mark_, word);
+    }
+    template <class Take>
+    void take_marked(Take&& take);
+    void narrow(const Body& body, const Loads& loads, bool alone);
     void narrow_faces(const Body& body);
     bool find_close(double reach);
     double to_mesh(const DistanceField& mesh, Index i, Index tool, const Vector& local, double near);
+    double mass(const Body& body, Index vertex) const;
     Index candidate(const Body& body, Index vertex);
     void place_tools(const Loads& loads, double time, double h);
+    std::size_t next_lones(std::size_t first) const;
+    void press_alone(const Tool& tool, std::size_t first, std::size_t count, double h);
+    template <class Meet>
+    void press_each(const Tool& tool, std::size_t first, std::size_t count, double h, Meet&& meet);
+    void resolve_coupled(const Loads& loads, double time, double h);
+    bool meet(const Tool& tool, const Near& near, const Carried& c, double h, Met& met);
     void meet(const Tool& tool, const VertexPair& pair, double h);
     void meet(const FacePair& pair, double h);
-    struct Carried {
-        Vector x, v;
-    };
     Carried mean(const Point& point) const;
     double left_inside(const Point& point, const Vector& x) const;
     void book(const Point& point, const Vector& arm, double work, double depth);
-    void add(Point& point, const Vector& local, double offset, bool touching, double h);
+    void add(Point& point, bool touching, double h);
     void apply(Point& point, const Vector& impulse);
     void relax(Point& point, double friction);
 
-    BoxTree vertex_tree_, faces_tree_;               ///< at rest
-    std::vector<double> longest_;                    ///< per triangle: side at rest [m]
-    double mean_side_ = 0, largest_side_ = 0;        ///< [m]
-    std::vector<std::array<Index, 2>> found_;        ///< (vertex, tool)
-    std::vector<std::array<Index, 2>> found_faces_;  ///< (triangle, tool)
-    std::vector<Vector> x_;                          ///< of those, then of the corners of these [m]
-    std::vector<Index> candidate_of_;                ///< per vertex
-    std::vector<bool> pinned_;                       ///< per vertex
-    std::vector<Seen> seen_, seen_before_;           ///< of meshes: in this step and the one before
-    std::vector<Index> seen_of_;                     ///< per vertex: where in there it is, or was
+    ContactTrees trees_;
+    std::vector<std::uint64_t> marks_;  ///< a bit per vertex or triangle, none between calls
+    std::size_t first_mark_ = std::numeric_limits<std::size_t>::max(), last_mark_ = 0;  ///< words
+    std::vector<std::array<Index, 2>> found_;                                           ///< (vertex, tool)
+    std::vector<std::array<Index, 2>> found_faces_;                                     ///< (triangle, tool)
+    std::vector<Vector> x_;                 ///< of those, then of the corners of these [m]
+    std::vector<Index> candidate_of_;       ///< per vertex
+    std::vector<bool> pinned_;              ///< per vertex
+    std::vector<Seen> seen_, seen_before_;  ///< of meshes: in this step and the one before
+    std::vector<Index> seen_of_;            ///< per vertex: where in there it is, or was
     std::vector<Candidate> candidates_;
     std::vector<ToolData> tools_;
     std::vector<VertexPair> pairs_;
+    std::vector<Lone> lones_;  ///< those of a tool together
+    static constexpr std::size_t ahead = 16, most_at_once = 32;
+    std::array<Carried, most_at_once> carried_;
+    std::array<bool, most_at_once> pressed_{};
     std::vector<FacePair> faces_;
     std::vector<Point> points_;
     std::vector<Steps> steps_;  ///< per point

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "innerspring/sim/contact.h"
@@ -14,25 +15,11 @@ constexpr std::size_t most_looks = 32;
 /// What is inside a tool from the beginning is put out at so many body radii a second.
 constexpr double put_out_speed = 5;
 
+/// Of a vertex that is no candidate: how many tools may meet it.
+constexpr Index unused = no_index - 2, many_tools = no_index - 2, one_tool = no_index - 1;
+
 Box grown(const Box& box, double by) {
     return {box.lower - Vector::Constant(by), box.upper + Vector::Constant(by)};
-}
-
-/// Calls fn(item) for every item in a leaf whose box, and those around it, are near(box).
-template <class Near, class Function>
-void for_each_near(const BoxTree& tree, Near&& near, Function&& fn) {
-    std::array<Index, 128> stack;
-    std::size_t top = 0;
-    if (!tree.nodes.empty()) stack[top++] = 0;
-    while (top > 0) {
-        const BoxTree::Node& node = tree.nodes[stack[--top]];
-        if (!near(node.box)) continue;
-        if (node.count == 0) {
-            stack[top++] = node.first + 1;
-            stack[top++] = node.first;
-        }
-        for (Index slot = node.first; slot < node.first + node.count; ++slot) fn(tree.items[slot]);
-    }
 }
 
 /// The corner beyond side (side, side + 1) of a triangle.
@@ -55,44 +42,59 @@ Contact::Placed Contact::placed(const Tool& tool, double time) {
     return placed(pose_at(tool, time));
 }
 
+void Contact::reserve(std::size_t n) {
+    if (found_.capacity() >= n) return;
+    n += n / 4;
+    // Pages that are not written to cost nothing.
+    candidates_.reserve(n), found_.reserve(n), seen_.reserve(n), seen_before_.reserve(n), pairs_.reserve(n),
+        lones_.reserve(n), points_.reserve(n), found_faces_.reserve(2 * n), faces_.reserve(4 * n),
+        close_.reserve(4 * n), x_.reserve(7 * n), report_.vertices.reserve(n), steps_.reserve(n);
+}
+
+void Contact::adapt(const Body& body, const SurfaceChange& surface, const BodyChange& change) {
+    if (trees_.empty()) return;
+    innerspring::adapt(trees_, body, surface, change);
+    seen_of_.resize(seen_of_.size() + surface.created.size(), no_index);
+    for (const auto& [from, to] : change.moved) {
+        const Index place = seen_of_[to] = seen_of_[from];
+        if (place < seen_.size() && seen_[place].vertex == from) seen_[place].vertex = to;
+        seen_of_.pop_back();
+    }
+    candidate_of_.resize(body.vertices(), no_index), pinned_.resize(body.vertices(), false);
+    reserve(body.vertices());
+}
+
+/// Items are taken in the order of their numbers, whatever way the trees came to be as they are.
+template <class Take>
+void Contact::take_marked(Take&& take) {
+    for (; first_mark_ <= last_mark_; ++first_mark_)
+        for (std::uint64_t& bits = marks_[first_mark_]; bits != 0; bits &= bits - 1)
+            take(Index(64 * first_mark_) + Index(std::countr_zero(bits)));
+    first_mark_ = std::numeric_limits<std::size_t>::max(), last_mark_ = 0;
+}
+
 /// What depends on the body and the tools only, where they are new.
 void Contact::prepare(const Body& body, const Loads& loads, double time, double dt) {
-    const std::size_t n = body.vertices();
-    if (vertex_tree_.nodes.empty()) {
-        const auto& x = body.rest.positions;
-        std::vector<Box> boxes;
-        boxes.reserve(body.rest.triangles.size());
-        longest_.clear();
-        mean_side_ = 0;
-        for (const Triangle& t : body.rest.triangles) {
-            const Vector &a = x[t[0]], &b = x[t[1]], &c = x[t[2]];
-            boxes.push_back({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)});
-            longest_.push_back(
-                std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()})));
-            mean_side_ += longest_.back() / double(body.rest.triangles.size());
-        }
-        faces_tree_ = build_box_tree(boxes);
-        vertex_tree_ = build_point_tree(x, 8);
-        largest_side_ = *std::max_element(longest_.begin(), longest_.end());
+    if (trees_.empty()) {
+        build(trees_, body);
+        const std::size_t n = body.vertices();
         candidate_of_.assign(n, no_index), seen_of_.assign(n, no_index), pinned_.assign(n, false);
         seen_.clear();
-        // Pages that are not written to cost nothing.
-        candidates_.clear(), candidates_.reserve(n), found_.reserve(n), seen_.reserve(n),
-            seen_before_.reserve(n), pairs_.reserve(n), points_.reserve(n);
-        found_faces_.reserve(2 * n), faces_.reserve(4 * n), close_.reserve(4 * n), x_.reserve(7 * n),
-            report_.vertices.reserve(n), steps_.reserve(n);
-        tools_.clear();
+        reserve(n);
     }
     tools_.resize(loads.tools.size());
     report_.tools.resize(loads.tools.size());
+    const double spacing = trees_.mean_side() / 2;
     for (std::size_t k = 0; k < tools_.size(); ++k) {
         const Tool& tool = loads.tools[k];
         ToolData& data = tools_[k];
         if (data.key != tool.mesh.get() || data.radius != tool.radius || data.length != tool.length ||
-            data.probes.centres.empty() != (tool.shape == ToolShape::plane)) {
+            data.probes.centres.empty() != (tool.shape == ToolShape::plane) ||
+            (tool.shape == ToolShape::mesh && data.spacing != spacing)) {
             data.key = tool.mesh.get(), data.radius = tool.radius, data.length = tool.length;
+            data.spacing = spacing;
             data.bound = tool.shape == ToolShape::mesh ? tool.mesh->radius : tool.radius + tool.length / 2;
-            data.probes = probes_of(tool, std::max(mean_side_ / 2, data.bound / 64));
+            data.probes = probes_of(tool, std::max(spacing, data.bound / 64));
             data.fine_side = std::numeric_limits<double>::infinity();
             for (double side : data.probes.fine_side) data.fine_side = std::min(data.fine_side, side);
             seen_.clear();
@@ -108,17 +110,22 @@ void Contact::prepare(const Body& body, const Loads& loads, double time, double 
         for (const PosePoint& p : tool.path)
             if (p.time > time && p.time < time + dt) leg(last, p.pose), last = p.pose;
         leg(last, pose_at(tool, time + dt));
+        data.still = data.sweep == 0 && data.turn == 0;
         data.sweep += data.turn * data.bound;
     }
 }
 
+/// Held bodies are damped implicitly: (m + h c) dv = j.
+double Contact::mass(const Body& body, Index i) const {
+    return body.m[i] + (body.free ? 0 : h_ * body.c[i]);
+}
+
 Index Contact::candidate(const Body& body, Index i) {
-    if (candidate_of_[i] == no_index) {
+    if (candidate_of_[i] >= unused) {
         candidate_of_[i] = Index(candidates_.size());
         Candidate& c = candidates_.emplace_back();
         c.vertex = i;
-        // Held bodies are damped implicitly: (m + h c) dv = j.
-        c.inverse_mass = pinned_[i] ? 0 : 1 / (body.m[i] + (body.free ? 0 : h_ * body.c[i]));
+        c.inverse_mass = pinned_[i] ? 0 : 1 / mass(body, i);
     }
     return candidate_of_[i];
 }
@@ -152,12 +159,16 @@ void Contact::find(const Body& body, const Loads& loads, const Motion& motion, d
             const Vector apart = (middle.cwiseAbs() - half - axis.cwiseAbs()).cwiseMax(0);
             return apart.squaredNorm() <= (radius + reach) * (radius + reach);
         };
-        for_each_near(vertex_tree_, near, [&](Index i) { found_.push_back({i, k}); });
+        marks_.resize(body.rest.triangles.size() / 64 + 1);
+        for_each_near(trees_.vertices, near, [&](Index i) { mark(i); });
+        take_marked([&](Index i) { found_.push_back({i, k}); });
         const double coarse = data.fine_side;
-        if (largest_side_ > coarse)
-            for_each_near(faces_tree_, near, [&](Index t) {
-                if (longest_[t] > coarse) found_faces_.push_back({t, k});
-            });
+        if (!(trees_.largest > coarse)) continue;
+        need_triangles(trees_, body);
+        for_each_near(trees_.triangles, near, [&](Index t) {
+            if (trees_.longest[t] > coarse) mark(t);
+        });
+        take_marked([&](Index t) { found_faces_.push_back({t, k}); });
     }
 }
 
@@ -183,13 +194,14 @@ double Contact::to_mesh(const DistanceField& mesh, Index i, Index tool, const Ve
         seen_.push_back({i, tool, false, local, least, few});
         return infinity;
     }
-    const bool answered = few.answer(local, within);
-    const double distance =
-        (answered ? nearest(mesh, few, local, within) : nearest(mesh, local, within)).distance;
+    const Nearest found =
+        few.answer(local, within) ? nearest(mesh, few, local, within) : nearest(mesh, local, within);
+    const double distance = found.distance;
     const bool exact = distance < infinity;
     // For the sub-steps of this step, and the next steps while it stays near.
     if (exact && distance <= near && !few.answer(local, std::abs(distance) + near))
         few = triangles_near(mesh, local, std::abs(distance) + 2 * near);
+    few.begin_with(found.triangle);
     seen_.push_back({i, tool, exact, local, exact ? distance : near, few});
     return distance;
 }
@@ -212,7 +224,7 @@ bool Contact::find_close(double reach) {
         const Box box = grown({local, local}, size + within);
         const auto in_box = [&](const Box& other) { return looks_left_ > 0 && overlap(other, box); };
         for_each_near(data.probe_tree, in_box, [&, t = t](Index probe) {
-            if (looks_left_ == 0 || longest_[t] <= data.probes.fine_side[probe]) return;
+            if (looks_left_ == 0 || trees_.longest[t] <= data.probes.fine_side[probe]) return;
             --looks_left_;
             const Vector s = data.start.world(data.probes.centres[probe]);
             const double distance = (nearest_on_triangle(s, a, b, c).point - s).norm();
@@ -241,7 +253,7 @@ void Contact::narrow_faces(const Body& body) {
                       k,
                       probe,
                       distance - data.probes.radius,
-                      first ? std::max(data.probes.radius, longest_[t] / 5) : 0};
+                      first ? std::max(data.probes.radius, trees_.longest[t] / 5) : 0};
         for (int n = 0; n < 3; ++n) {
             pair.corners[n] = candidate(body, body.rest.triangles[t][n]);
             candidates_[pair.corners[n]].start = x[n];
@@ -251,31 +263,44 @@ void Contact::narrow_faces(const Body& body) {
     }
 }
 
-/// Of those the ones that are near where the body is now become candidates.
-void Contact::narrow(const Body& body, const Loads& loads) {
-    candidates_.clear(), pairs_.clear(), faces_.clear();
+/// Of those the ones that are near where the body is now become candidates, or if nothing else can meet them
+/// and they may, lone.
+void Contact::narrow(const Body& body, const Loads& loads, bool alone) {
+    candidates_.clear(), pairs_.clear(), lones_.clear(), faces_.clear();
     seen_before_.swap(seen_);
     seen_.clear();
     for (const Pin& pin : loads.pins)
         for (Index i : pin.vertices) pinned_[i] = true;
-    const Vector* x = x_.data();
-    for (const auto& [i, k] : found_) {
+    for (Index n = 0; n < found_.size(); ++n) {
+        const auto& [i, k] = found_[n];
         const Tool& tool = loads.tools[k];
         const ToolData& data = tools_[k];
-        const Vector local = data.start.local(*x);
+        const Vector local = data.start.local(x_[n]);
         double near = reach_ + data.sweep + 2 * touch_;
-        if (tool.shape == ToolShape::plane) near += data.turn * local.norm();
+        if (tool.shape == ToolShape::plane && data.turn > 0) near += data.turn * local.norm();
         const double distance = tool.shape == ToolShape::mesh ? to_mesh(*tool.mesh, i, k, local, near)
                                                               : nearest(tool, local).distance;
-        if (distance <= near && !pinned_[i]) {
-            const Index c = candidate(body, i);
-            candidates_[c].start = *x;
-            pairs_.push_back({c, k, seen_of_[i], distance, local});
-        }
-        ++x;
+        if (!(distance <= near) || pinned_[i]) continue;
+        pairs_.push_back({{k, seen_of_[i], distance, local}, n});
+        candidate_of_[i] = candidate_of_[i] == no_index ? one_tool : many_tools;
     }
     narrow_faces(body);
-    report_.looked_at = pairs_.size() + faces_.size();
+    std::size_t coupled = 0;
+    for (const VertexPair& pair : pairs_) {
+        const Index n = pair.candidate, i = found_[n][0];
+        if (alone && candidate_of_[i] == one_tool) {
+            const double m = mass(body, i);
+            lones_.push_back({pair, i, no_index, m, 1 / m});
+            candidate_of_[i] = no_index;
+            continue;
+        }
+        const Index c = candidate(body, i);
+        candidates_[c].start = x_[n];
+        pairs_[coupled] = pair;
+        pairs_[coupled++].candidate = c;
+    }
+    pairs_.erase(pairs_.begin() + std::ptrdiff_t(coupled), pairs_.end());
+    report_.looked_at = pairs_.size() + lones_.size() + faces_.size();
     for (const Candidate& c : candidates_) candidate_of_[c.vertex] = no_index;
     for (const Pin& pin : loads.pins)
         for (Index i : pin.vertices) pinned_[i] = false;

@@ -263,15 +263,46 @@ void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const Body
     prepare_volume(p, body);
 }
 
+namespace {
+
+/// The largest squares of displacement and speed, by lane, so that the compiler may do them side by side.
+struct LaneSquares {
+    std::array<float, slice_width> u2{}, v2{};
+    void look_at(const Packed& p, std::size_t slice) {
+        const PackedRow* row = &p.rows[0][slice * slice_width];
+        const PackedVectors& v = p.v[slice];
+        for (std::size_t lane = 0; lane < slice_width; ++lane) {
+            const float* u = row[lane].u;
+            u2[lane] = std::max(u2[lane], u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+            v2[lane] =
+                std::max(v2[lane], v.x[lane] * v.x[lane] + v.y[lane] * v.y[lane] + v.z[lane] * v.z[lane]);
+        }
+    }
+    std::array<float, 2> largest() const {
+        return {*std::max_element(u2.begin(), u2.end()), *std::max_element(v2.begin(), v2.end())};
+    }
+};
+
+void take_largest(const Packed& p, LargestMotion& largest) {
+    std::array<float, 2> most{0, 0};
+    for (const auto& [u2, v2] : largest.blocks) most = {std::max(most[0], u2), std::max(most[1], v2)};
+    largest.displacement = std::sqrt(double(most[0])) / p.scale;
+    largest.speed = std::sqrt(double(most[1])) / p.scale;
+}
+
+}  // namespace
+
 // Either way round what is written lies in order, and what is read may be anywhere: it is asked for ahead.
 constexpr std::size_t ahead = 24;
 
-void load(Packed& p, const Body& body, const State& state, Team& team) {
+void load(Packed& p, const Body& body, const State& state, Team& team, LargestMotion* largest) {
     const std::size_t slices = p.ranges.size(), last = p.vertex_at.size() - 1;
+    if (largest) largest->blocks.assign(blocks_of(slices), {0, 0});
     each_block(p, blocks_of(slices), team, [&](std::size_t block) {
         const FlushDenormals flush;  // the kernel takes them as 0 too
+        LaneSquares most;
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
-             ++s)
+             ++s) {
             for (std::size_t lane = 0; lane < slice_width; ++lane) {
                 const std::size_t place = s * slice_width + lane;
                 const Index i = p.vertex_at[place], later = p.vertex_at[std::min(place + ahead, last)];
@@ -285,7 +316,11 @@ void load(Packed& p, const Body& body, const State& state, Team& team) {
                 for (int axis = 0; axis < 3; ++axis) p.rows[0][place].u[axis] = float(u[axis]);
                 p.v[s].x[lane] = float(v.x()), p.v[s].y[lane] = float(v.y()), p.v[s].z[lane] = float(v.z());
             }
+            if (largest) most.look_at(p, s);
+        }
+        if (largest) largest->blocks[block] = most.largest();
     });
+    if (largest) take_largest(p, *largest);
 }
 
 void store(const Packed& p, const Body& body, State& state, Team& team) {
@@ -312,41 +347,36 @@ Vector displacement(const Packed& p, Index vertex) {
     return Vector(row.u[0], row.u[1], row.u[2]) * (1 / p.scale);
 }
 
-Vector displacement_before(const Packed& p, Index vertex) {
-    const PackedRow& row = p.rows[1][p.place_of[vertex]];
+Vector displacement_before_at(const Packed& p, Index place) {
+    const PackedRow& row = p.rows[1][place];
     return Vector(row.u[0], row.u[1], row.u[2]) * (1 / p.scale);
 }
 
-Vector velocity(const Packed& p, Index vertex) {
-    const PackedVectors& v = p.v[p.place_of[vertex] / slice_width];
-    const std::size_t lane = p.place_of[vertex] % slice_width;
+Vector displacement_before(const Packed& p, Index vertex) {
+    return displacement_before_at(p, p.place_of[vertex]);
+}
+
+Vector velocity_at(const Packed& p, Index place) {
+    const PackedVectors& v = p.v[place / slice_width];
+    const std::size_t lane = place % slice_width;
     return Vector(v.x[lane], v.y[lane], v.z[lane]) * (1 / p.scale);
+}
+
+Vector velocity(const Packed& p, Index vertex) {
+    return velocity_at(p, p.place_of[vertex]);
 }
 
 void find_largest(const Packed& p, Team& team, LargestMotion& largest) {
     const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
     largest.blocks.assign(blocks, {0, 0});
     each_block(p, blocks, team, [&](std::size_t block) {
-        // By lane, so that the compiler may do them side by side.
-        std::array<float, slice_width> u2{}, v2{};
+        LaneSquares most;
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
-             ++s) {
-            const PackedRow* row = &p.rows[0][s * slice_width];
-            const PackedVectors& v = p.v[s];
-            for (std::size_t lane = 0; lane < slice_width; ++lane) {
-                const float* u = row[lane].u;
-                u2[lane] = std::max(u2[lane], u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-                v2[lane] =
-                    std::max(v2[lane], v.x[lane] * v.x[lane] + v.y[lane] * v.y[lane] + v.z[lane] * v.z[lane]);
-            }
-        }
-        largest.blocks[block] = {*std::max_element(u2.begin(), u2.end()),
-                                 *std::max_element(v2.begin(), v2.end())};
+             ++s)
+            most.look_at(p, s);
+        largest.blocks[block] = most.largest();
     });
-    std::array<float, 2> most{0, 0};
-    for (const auto& [u2, v2] : largest.blocks) most = {std::max(most[0], u2), std::max(most[1], v2)};
-    largest.displacement = std::sqrt(double(most[0])) / p.scale;
-    largest.speed = std::sqrt(double(most[1])) / p.scale;
+    take_largest(p, largest);
 }
 
 void push(Packed& p, Index vertex, const Vector& velocity) {
@@ -369,12 +399,17 @@ void push(Packed& p, const Body& body, std::span<const Index> vertices, std::spa
     }
 }
 
+void place_at(Packed& p, Index place, const Vector& displacement, const Vector& velocity) {
+    PackedVectors& v = p.v[place / slice_width];
+    const std::size_t lane = place % slice_width;
+    for (int axis = 0; axis < 3; ++axis) p.rows[0][place].u[axis] = float(p.scale * displacement[axis]);
+    v.x[lane] = float(p.scale * velocity.x());
+    v.y[lane] = float(p.scale * velocity.y());
+    v.z[lane] = float(p.scale * velocity.z());
+}
+
 void place(Packed& p, Index vertex, const Vector& displacement, const Vector& velocity) {
-    const std::size_t slice = p.place_of[vertex] / slice_width, lane = p.place_of[vertex] % slice_width;
-    for (int axis = 0; axis < 3; ++axis)
-        p.rows[0][p.place_of[vertex]].u[axis] = float(p.scale * displacement[axis]);
-    p.v[slice].x[lane] = p.v[slice].y[lane] = p.v[slice].z[lane] = 0;
-    push(p, vertex, velocity);
+    place_at(p, p.place_of[vertex], displacement, velocity);
 }
 
 bool advance(Packed& p, const VectorKernels& kernel, double h, const Vector& gravity, Team& team,

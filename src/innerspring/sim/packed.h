@@ -44,8 +44,14 @@ Packed pack(const Body& body);
 /// Follows a refinement or coarsening in place; as costly as the change. The motion must be loaded anew.
 void adapt(Packed& packed, const Body& body, const SurfaceChange& surface, const BodyChange& change);
 
-/// The motion in and out, rounded to single precision on the way in.
-void load(Packed& packed, const Body& body, const State& state, Team& team);
+/// The largest displacement [m] and speed [m/s], by block of the loop that looks for them.
+struct LargestMotion {
+    std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
+    double displacement = 0, speed = 0;
+};
+/// The motion in and out, rounded to single precision on the way in. `largest`: as find_largest(), if asked
+/// for.
+void load(Packed& packed, const Body& body, const State& state, Team& team, LargestMotion* largest = nullptr);
 void store(const Packed& packed, const Body& body, State& state, Team& team);
 
 /// Adds to velocities [m/s]: to one vertex; to each of `vertices` what `impulse` [N s] gives its mass when it
@@ -62,11 +68,20 @@ Vector displacement(const Packed& packed, Index vertex);
 Vector displacement_before(const Packed& packed, Index vertex);
 Vector velocity(const Packed& packed, Index vertex);
 
-/// The largest displacement [m] and speed [m/s], by block of the loop that looks for them.
-struct LargestMotion {
-    std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
-    double displacement = 0, speed = 0;
-};
+/// The same by place, for those who look often; and what is asked for ahead of that.
+void place_at(Packed& packed, Index place, const Vector& displacement, const Vector& velocity);
+Vector displacement_before_at(const Packed& packed, Index place);
+Vector velocity_at(const Packed& packed, Index place);
+inline void expect(const Packed& packed, Index place) {
+    const std::size_t slice = place / slice_width, lane = place % slice_width;
+    const PackedVectors& v = packed.v[slice];
+    for (const void* line :
+         {static_cast<const void*>(&packed.rows[0][place]), static_cast<const void*>(&packed.rows[1][place]),
+          static_cast<const void*>(&v.x[lane]), static_cast<const void*>(&v.y[lane]),
+          static_cast<const void*>(&v.z[lane])})
+        __builtin_prefetch(line);
+}
+
 void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 
 /// What the volume term needs of a step, in SI units.

@@ -58,9 +58,10 @@ void begin_contact(const Body& body, const Loads& loads, double time, const Stat
     Contact::Motion motion;
     if (w.packed) {
         motion.displacement = w.largest.displacement, motion.speed = w.largest.speed;
-        w.contact.begin(body, loads, motion, w.bound.value, time, dt, h, [&](Index i) -> Vector {
-            return body.rest.positions[i] + displacement(*w.packed, i);
-        });
+        motion.alone = !w.volume.active();
+        w.contact.begin(
+            body, loads, motion, w.bound.value, time, dt, h, w.packed->place_of,
+            [&](Index i) -> Vector { return body.rest.positions[i] + displacement(*w.packed, i); });
         return;
     }
     motion.frame = home_frame(body, state.x, w.team);
@@ -72,7 +73,8 @@ void begin_contact(const Body& body, const Loads& loads, double time, const Stat
     }
     motion.displacement = std::sqrt(u2), motion.speed = std::sqrt(v2);
     if (w.implicit) motion.share = 1;
-    w.contact.begin(body, loads, motion, w.bound.value, time, dt, h,
+    motion.alone = !w.implicit && !w.volume.active() && !body.free;  // what is foreseen is kept there
+    w.contact.begin(body, loads, motion, w.bound.value, time, dt, h, {},
                     [&](Index i) -> const Vector& { return state.x[i]; });
 }
 
@@ -133,7 +135,7 @@ Workspace::Workspace(const Body& body, const StepOptions& options) {
 
 void Workspace::adapt(const Body& body, const Transfer& transfer) {
     update(data->bound, body, transfer.surface, transfer.body);
-    data->contact.forget();
+    data->contact.adapt(body, transfer.surface, transfer.body);
     data->volume.adapt(transfer.body);
     if (data->packed) innerspring::adapt(*data->packed, body, transfer.surface, transfer.body);
     prepare(body, *data, &transfer);
@@ -179,12 +181,12 @@ StepReport packed_steps(const Body& body, const Loads& loads, State& state, Work
     const double dt = w.options.dt, h = dt / w.substeps;
     State now{state.time, state.steps, {}, {}};
     StepReport report;
-    load(*w.packed, body, state, w.team);
+    load(*w.packed, body, state, w.team, loads.tools.empty() ? nullptr : &w.largest);
     for (int n = 0; n < count; ++n) {
         const double end = end_of_step(now, dt);
         w.pressure = 0;
         if (!loads.tools.empty()) {
-            find_largest(*w.packed, w.team, w.largest);
+            if (n > 0) find_largest(*w.packed, w.team, w.largest);
             begin_contact(body, loads, now.time, state, w);
         }
         for (report.substeps = 0; report.substeps < w.substeps; ++report.substeps, now.time += h) {

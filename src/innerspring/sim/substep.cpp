@@ -18,8 +18,25 @@ Index first_bad(const std::vector<Index>& blocks) {
 /// What the tools do to velocities `v` from positions `x`; positions after the sub-step go to x_out.
 void touch(const Loads& loads, double time, double h, const std::vector<Vector>& x, std::vector<Vector>& v,
            std::vector<Vector>& x_out, Contact& contact) {
+    contact.resolve(
+        loads, time, h, [](Index, Index) {},
+        [&](Index i, Index) -> Contact::Carried {
+            return {x[i], v[i]};
+        },
+        [&](Index i, Index, const Contact::Carried& c) {
+            v[i] = c.v;
+            x_out[i] = c.x;
+        });
+}
+
+/// The same on top of the damping of a free body, without what was foreseen.
+void touch_damped(const Loads& loads, double time, double h, const std::vector<Vector>& x,
+                  std::vector<Vector>& v, std::vector<Vector>& x_out, Contact& contact) {
     for (Candidate& c : contact.candidates()) c.x = x[c.vertex], c.v = v[c.vertex] - c.foreseen;
-    contact.resolve(loads, time, h);
+    if (contact.meet_all(loads, time, h)) {
+        contact.settle(loads);
+        contact.finish(h);
+    }
     for (const Candidate& c : contact.candidates()) {
         if (!c.changed && c.foreseen.isZero(0)) continue;
         v[c.vertex] = c.v;
@@ -238,7 +255,7 @@ Index substep(const Body& body, const Loads& loads, double h, bool last, State& 
             take_sums();
             bad = press(loads, state.time, state.x, true, pressure, w);
         } else if (bad == no_index && tools) {
-            touch(loads, state.time, h, state.x, w.v, w.x, w.contact);
+            touch_damped(loads, state.time, h, state.x, w.v, w.x, w.contact);
         }
     }
     w.pressure += pressure.P;
@@ -308,11 +325,19 @@ bool packed_substep(const Body& body, const Loads& loads, double time, double h,
         move_pins();
         return true;
     }
-    if (tools) {
-        for (Candidate& c : w.contact.candidates()) look(c);
-        w.contact.resolve(loads, time, h);
-        place_touched(false);
-    }
+    if (tools)
+        w.contact.resolve(
+            loads, time, h,
+            [&](Index i, Index place) {
+                __builtin_prefetch(&body.rest.positions[i]);
+                expect(p, place);
+            },
+            [&](Index i, Index place) -> Contact::Carried {
+                return {body.rest.positions[i] + displacement_before_at(p, place), velocity_at(p, place)};
+            },
+            [&](Index i, Index place, const Contact::Carried& c) {
+                place_at(p, place, c.x - body.rest.positions[i], c.v);
+            });
     move_pins();
     return true;
 }
