@@ -17,6 +17,10 @@
 #include "innerspring/study/truth.h"
 #include "options.h"
 
+#ifdef INNERSPRING_VIEWER
+#include "painter.h"
+#endif
+
 using namespace innerspring;
 
 namespace {
@@ -107,6 +111,9 @@ bool take_common(const Arguments& a, Run& study) {
     study.directory = a.directory;
     study.resume = a.resume;
     study.stop = &interrupted;
+#ifdef INNERSPRING_VIEWER
+    study.paint = viewer::best_painter();
+#endif
     if (a.threads) study.threads = *a.threads;
     const bool terminal = !a.output.quiet && isatty(STDERR_FILENO) == 1;
     if (terminal) study.progress = show;

@@ -38,7 +38,7 @@ std::vector<Scheme> parse_schemes(const std::string& text) {
 
 int run(const Arguments& a) {
     viewer::OpenRequest open;
-    open.what = {a.mesh.mesh};
+    open.what = {a.mesh.mesh.empty() ? "breast" : a.mesh.mesh};
     if (!a.beside.empty()) open.what.push_back(a.beside);
     if (!a.compare.empty()) open.compare = parse_schemes(a.compare);
     open.adjust = [&a](Scene& scene) {
@@ -106,7 +106,9 @@ Command add_view(CLI::App& program) {
         program.add_subcommand("view", "The window: touch the body; or pictures of it without a display");
     auto a = std::make_shared<Arguments>();
     add_mesh_options(*app, a->mesh,
-                     "surface, scene file (.toml), recording of a session, or the folder of a simulation");
+                     "surface, scene file (.toml), recording of a session, or the folder of a simulation "
+                     "(default breast)");
+    app->get_option("mesh")->required(false);
     app->add_option("--beside", a->beside, "another surface or scene, side by side under the same hand")
         ->type_name("MESH");
     app->add_option("--compare", a->compare, "the body twice, in two schemes side by side, as in B,C")

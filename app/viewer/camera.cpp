@@ -15,6 +15,11 @@ namespace {
 
 constexpr double radian = std::numbers::pi / 180;
 
+/// From where a ball of the size it was fitted to fills the field of view [m].
+double fitted(const Camera& camera) {
+    return camera.extent / std::sin(camera.field * radian / 2);
+}
+
 }  // namespace
 
 Vector Camera::back() const {
@@ -48,6 +53,7 @@ Eigen::Matrix4d Camera::projection(double aspect) const {
     const double f = distance / half_height(aspect);
     Eigen::Matrix4d m = Eigen::Matrix4d::Zero();
     m(0, 0) = f / aspect;
+    m(0, 2) = aside;  // over w = -z
     m(1, 1) = f;
     m(2, 2) = (far + near) / (near - far);
     m(2, 3) = 2 * far * near / (near - far);
@@ -57,13 +63,13 @@ Eigen::Matrix4d Camera::projection(double aspect) const {
 
 Ray Camera::ray(double x, double y, double aspect) const {
     const double t = half_height(aspect) / distance;
-    return {eye(), (x * t * aspect * right() + y * t * up() - back()).normalized()};
+    return {eye(), ((x + aside) * t * aspect * right() + y * t * up() - back()).normalized()};
 }
 
 void fit(Camera& camera, const Vector& lower, const Vector& upper) {
     camera.focus = (lower + upper) / 2;
     camera.extent = std::max((upper - lower).norm() / 2, 1e-30);
-    camera.distance = camera.extent / std::sin(camera.field * radian / 2);
+    camera.distance = fitted(camera);
 }
 
 void orbit(Camera& camera, double right_degrees, double up_degrees) {
@@ -77,6 +83,10 @@ void pan(Camera& camera, double right, double up, double aspect) {
 
 void zoom(Camera& camera, double factor) {
     camera.distance = std::clamp(camera.distance / factor, 0.05 * camera.extent, 100 * camera.extent);
+}
+
+double zoomed(const Camera& camera) {
+    return fitted(camera) / camera.distance;
 }
 
 CameraOption parse_camera(std::string_view text) {

@@ -19,6 +19,7 @@ struct Camera {
     double elevation = 20;          ///< [degree] above the horizon
     double field = 30;              ///< [degree] of view, over the smaller side
     double extent = 1;              ///< [m] what it was fitted to; sets the depth range
+    double aside = 0;               ///< the focus is seen so far left of the middle, in halves of the width
 
     Vector back() const;   ///< from the focus to the eye, length 1
     Vector right() const;  ///< length 1
@@ -39,6 +40,8 @@ void orbit(Camera& camera, double right_degrees, double up_degrees);
 void pan(Camera& camera, double right, double up, double aspect);
 /// Nearer by a factor.
 void zoom(Camera& camera, double factor);
+/// How much nearer it is than where everything was seen [1].
+double zoomed(const Camera& camera);
 
 /// "AZIMUTH,ELEVATION[,ZOOM]" [degree, degree, 1]. Throws InputError. The zoom is applied after fitting.
 struct CameraOption {

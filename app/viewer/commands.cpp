@@ -46,9 +46,12 @@ class Words {
         if (!(value > 0)) throw InputError(fmt::format("{} is {:g}; it must be positive", what, value));
         return value;
     }
-    void end() {
+    bool done() {
         while (!rest_.empty() && rest_.front() == ' ') rest_.remove_prefix(1);
-        if (!rest_.empty()) throw InputError(fmt::format("'{}' is too much", rest_.substr(0, 40)));
+        return rest_.empty();
+    }
+    void end() {
+        if (!done()) throw InputError(fmt::format("'{}' is too much", rest_.substr(0, 40)));
     }
     std::string_view rest() const { return rest_.empty() ? rest_ : rest_.substr(1); }
 
@@ -82,7 +85,10 @@ struct ToLine {
         return fmt::format("touch {} {} {} {} {}", c.radius, c.length, c.friction, text_of(c.at),
                            text_of(c.axis));
     }
-    std::string operator()(const MoveTool& c) const { return fmt::format("move {}", text_of(c.to)); }
+    std::string operator()(const MoveTool& c) const {
+        return fmt::format("move {}{}", text_of(c.to),
+                           c.turn.isZero(0) ? "" : fmt::format(" {}", text_of(c.turn)));
+    }
     std::string operator()(const Release&) const { return "release"; }
     std::string operator()(const Tune& c) const {
         return fmt::format("tune {} {} {} {} {}", c.material.mass, c.material.young, c.material.surface,
@@ -128,7 +134,11 @@ Command parse_words(Words& words) {
         touch.at = words.vector("place"), touch.axis = words.vector("axis");
         return touch;
     }
-    if (verb == "move") return MoveTool{words.vector("place")};
+    if (verb == "move") {
+        MoveTool move{words.vector("place")};
+        if (!words.done()) move.turn = words.vector("turn");
+        return move;
+    }
     if (verb == "release") return Release{};
     if (verb == "tune") {
         Material material;

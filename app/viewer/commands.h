@@ -38,9 +38,10 @@ struct Touch {
     Vector at = Vector::Zero();     ///< its middle [m]
     Vector axis = Vector::UnitZ();  ///< of a capsule
 };
-/// Where its middle is to go.
+/// Where its middle is to go, and how it is to be turned.
 struct MoveTool {
-    Vector to = Vector::Zero();  ///< [m]
+    Vector to = Vector::Zero();    ///< [m]
+    Vector turn = Vector::Zero();  ///< since it was taken: the axis, times the angle [radian]
 };
 /// Ends a grab, a push or a touch.
 struct Release {};

@@ -72,6 +72,12 @@ Program make_program(const char* vertex, const char* fragment) {
     return program;
 }
 
+namespace {
+
+int on_the_display = 0;  ///< contexts: the display ends with the last
+
+}  // namespace
+
 bool Offscreen::try_egl() {
     if (!epoxy_has_egl()) return false;
     if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless")) return false;
@@ -92,11 +98,12 @@ bool Offscreen::try_egl() {
         EGLContext context = eglCreateContext(display, config, EGL_NO_CONTEXT, version);
         if (context != EGL_NO_CONTEXT && eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
             display_ = display, context_ = context;
+            ++on_the_display;
             return true;
         }
         if (context != EGL_NO_CONTEXT) eglDestroyContext(display, context);
     }
-    eglTerminate(display);
+    if (on_the_display == 0) eglTerminate(display);
     return false;
 }
 
@@ -118,11 +125,16 @@ Offscreen::Offscreen() {
     glfwMakeContextCurrent(hidden_);
 }
 
+void Offscreen::make_current() {
+    if (context_) eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_);
+    if (hidden_) glfwMakeContextCurrent(hidden_);
+}
+
 Offscreen::~Offscreen() {
     if (context_) {
         eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
         eglDestroyContext(display_, context_);
-        eglTerminate(display_);
+        if (--on_the_display == 0) eglTerminate(display_);
     }
     if (hidden_) {
         glfwDestroyWindow(hidden_);

@@ -68,6 +68,8 @@ class Offscreen {
     ~Offscreen();
     Offscreen(const Offscreen&) = delete;
     Offscreen& operator=(const Offscreen&) = delete;
+    /// Again, where there is another.
+    void make_current();
 
   private:
     bool try_egl();

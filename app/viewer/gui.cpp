@@ -14,6 +14,7 @@ namespace innerspring::viewer {
 Gui::Gui(double scale) : scale_(std::clamp(scale, 0.5, 4.0)) {
     IMGUI_CHECKVERSION();
     context_ = ImGui::CreateContext();
+    ImGui::SetCurrentContext(context_);  // also where there is another
     ImGuiIO& io = ImGui::GetIO();
     io.IniFilename = nullptr;
     io.BackendFlags |= ImGuiBackendFlags_HasMouseCursors;

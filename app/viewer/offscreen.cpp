@@ -35,6 +35,7 @@ Image Studio::picture(const Snapshot& snapshot, const History& history) {
     }
     const double width = request_.width, height = request_.height, side = panel_width(request_.scale);
     const double left = request_.panel && width > 1.5 * side ? width - side : width;
+    make_room(*p.camera, snapshot, p.panel.look.colour, {0, 0, left, height}, request_.scale);
     // The first frame of a panel measures its text; what is read is drawn after that.
     for (int pass = 0; pass < (request_.panel ? 2 : 1); ++pass) {
         p.canvas.bind();

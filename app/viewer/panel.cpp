@@ -39,10 +39,10 @@ void draw_numbers(const Snapshot& snapshot) {
                      body.simulated ? fmt::format("{:.4g} N", tool.newton.norm()) : "");
         if (!body.tools.empty() && body.simulated)
             draw_row("contact", fmt::format("{:.4g} Pa at most", most_pressure(body)));
-        if (body.simulated) draw_row("sub-steps", fmt::format("{}, {}", body.substeps, body.integrator));
+        if (body.simulated)
+            draw_row("steps", fmt::format("{:g} s, {} in {}", snapshot.dt, body.integrator, body.substeps));
     }
     if (!snapshot.bodies[0].simulated) return;
-    draw_row("time", fmt::format("{:.3f} s, step {:g} s", snapshot.time, snapshot.dt));
     if (snapshot.steps_per_second == 0 && snapshot.bodies[0].step_ms == 0) return;  // no clock: off screen
     const bool slow = !snapshot.paused && snapshot.real_time_factor < 0.9 * snapshot.speed;
     draw_row("real-time factor", fmt::format("{:.2f}{}", snapshot.real_time_factor,
@@ -61,6 +61,9 @@ void draw_time(const Snapshot& snapshot, PanelActions& actions) {
     if (ImGui::Button("undo")) actions.commands.push_back(Undo{});
     ImGui::SameLine();
     if (ImGui::Button("fit")) actions.fit = true;
+    ImGui::SameLine();
+    if (ImGui::Button("replay")) actions.replay = true;
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("everything again, from the beginning, with the same bits");
     double speed = snapshot.speed;
     if (slider("speed", speed, 0.01, 4, " x")) actions.speed = speed;
 }
@@ -110,14 +113,38 @@ void draw_gravity(const Snapshot& snapshot, PanelState& state, PanelActions& act
     const bool was_on = !snapshot.gravity.isZero(0);
     bool on = was_on;
     if (ImGui::Checkbox("gravity", &on))
-        actions.commands.push_back(Gravity{on ? gravity_of(state) : Vector(Vector::Zero())});
+        actions.commands.push_back(Gravity{on ? state.gravity : Vector(Vector::Zero())});
     ImGui::SameLine();
-    float tilt = float(state.tilt);
-    ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x * 0.6f);
-    if (ImGui::SliderFloat("turned", &tilt, -180, 180, "%.0f deg")) {
-        state.tilt = tilt;
-        if (on) actions.commands.push_back(Gravity{gravity_of(state)});
+    ImGui::TextUnformatted(fmt::format("{:.3g} m/s^2", state.gravity.norm()).c_str());
+    ImGui::SameLine();
+    actions.down |= ImGui::SmallButton("down here");
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("gravity goes down in the picture as it is seen now");
+    float tilt = float(state.tilt), towards = float(state.towards);
+    const float each = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
+    ImGui::SetNextItemWidth(each);
+    bool turned = ImGui::SliderFloat("##tilt", &tilt, 0, 180, "%.0f deg from -y");
+    ImGui::SameLine(), ImGui::SetNextItemWidth(each);
+    turned |= ImGui::SliderFloat("##towards", &towards, -180, 180, "%.0f deg about y");
+    if (turned) {
+        turn_gravity(state, tilt, towards);
+        if (on) actions.commands.push_back(Gravity{state.gravity});
     }
+}
+
+const char* meaning_of(Grip grip) {
+    switch (grip) {
+        case Grip::hold:
+            return "drag the body: it comes along";
+        case Grip::push:
+            return "press on the body; wheel: force";
+        case Grip::touch:
+            return "press and drag; wheel: depth, Shift: turn";
+        case Grip::refine:
+            return "click the body; Shift: coarsen";
+        case Grip::lasso:
+            return "draw around what is to stay";
+    }
+    return "";
 }
 
 void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actions) {
@@ -130,6 +157,7 @@ void draw_tools(const Snapshot& snapshot, PanelState& state, PanelActions& actio
         if (grip != Grip::hold) ImGui::SameLine();
         if (ImGui::RadioButton(name, state.grip == grip)) state.grip = grip;
     }
+    ImGui::TextDisabled("%s", meaning_of(state.grip));
     const BodySnapshot& body = snapshot.bodies[0];
     const double R = body.surface->radius, unit = body.material.young * R * R;
     double radius = state.influence * R, push = state.push_share * unit;
@@ -183,9 +211,19 @@ void draw_help(PanelState& state, const Box2& box, double s) {
 
 }  // namespace
 
-Vector gravity_of(const PanelState& state) {
-    const double a = state.tilt * std::numbers::pi / 180;
-    return Eigen::AngleAxisd(a, Vector::UnitZ()) * state.gravity;
+void set_gravity(PanelState& state, const Vector& gravity) {
+    constexpr double degree = 180 / std::numbers::pi;
+    state.gravity = gravity;
+    state.tilt = degree * std::atan2(std::hypot(gravity.x(), gravity.z()), -gravity.y());
+    state.towards = degree * std::atan2(gravity.x(), gravity.z());
+}
+
+void turn_gravity(PanelState& state, double tilt, double towards) {
+    constexpr double radian = std::numbers::pi / 180;
+    const double t = tilt * radian, a = towards * radian;
+    state.tilt = tilt, state.towards = towards;
+    state.gravity =
+        state.gravity.norm() * Vector(std::sin(t) * std::sin(a), -std::cos(t), std::sin(t) * std::cos(a));
 }
 
 std::span<const Shortcut> shortcuts() {
@@ -195,20 +233,23 @@ std::span<const Shortcut> shortcuts() {
         {"right drag", "orbit"},
         {"middle drag, Shift+right", "pan"},
         {"wheel", "zoom; pushing: force; with the ball: depth"},
+        {"Shift+wheel", "with the ball: turn it"},
         {"haptic --device mouse", "pointer: across; wheel: depth, zoom with right"},
         {"H  P  B  F  L", "hold, push, ball, refine, pin (lasso)"},
         {"B again", "a capsule; a ball"},
         {"R  C", "refine, coarsen under the pointer"},
         {"1  2  3", "scheme A, B, C"},
         {"X", "of two: scheme, sliders of both or one"},
-        {"G", "gravity on and off"},
-        {"Space  .", "pause; one step"},
+        {"G  Shift+G", "gravity on and off; down in this picture"},
+        {"Space  .", "pause; one step or frame"},
+        {"+  -", "twice as fast; slow motion"},
         {"Backspace  Z", "reset; undo"},
         {"V", "next colours"},
         {"W  S", "edges; flat or smooth"},
         {"O  T", "homes; virtual tetrahedra"},
         {"0", "fit the body into the view"},
-        {"F2  F3  F4  F5", "save picture, VTP, scene, recording"},
+        {"F2  F3  F4  F5", "save picture, VTP, scene, session"},
+        {"F6", "replay the session from its beginning"},
         {"Tab  ?  Q", "panel; these keys; close"}};
     return all;
 }
@@ -246,7 +287,7 @@ PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelS
         if (!snapshot.felt) ImGui::SameLine(), actions.vtp |= ImGui::SmallButton("VTP");
         if (simulated) {
             ImGui::SameLine(), actions.scene |= ImGui::SmallButton("scene");
-            ImGui::SameLine(), actions.recording |= ImGui::SmallButton("recording");
+            ImGui::SameLine(), actions.recording |= ImGui::SmallButton("session");
         }
         ImGui::SameLine();
         if (ImGui::SmallButton("?")) state.help = !state.help;

@@ -26,8 +26,8 @@ struct PanelState {
     double influence = 0.35;          ///< radius of influence, in volume radii
     double push_share = 0.01;         ///< force of a push, in E R^2
     Ball ball;
-    Vector gravity = Vector(0, -9.81, 0);  ///< of the scene, also while it is off [m/s^2]
-    double tilt = 0;                       ///< how far it is turned about z [degree]
+    Vector gravity = Vector(0, -9.81, 0);  ///< as it is when it is on [m/s^2]
+    double tilt = 0, towards = 0;  ///< where it goes: from -y, and about y from z [degree]; see turn_gravity
     /// While a slider is moved: what its ends are told from.
     std::optional<Material> before_slider;
 };
@@ -39,6 +39,8 @@ struct PanelActions {
     bool step = false;
     std::optional<double> speed;
     bool fit = false;
+    bool down = false;    ///< gravity goes down in the picture
+    bool replay = false;  ///< the session from its beginning
     bool picture = false, vtp = false, scene = false, recording = false;
 };
 
@@ -51,8 +53,9 @@ inline double panel_width(double scale) {
 PanelActions draw_panel(const Snapshot& snapshot, const History& history, PanelState& state, const Box2& box,
                         bool fits, double scale);
 
-/// As the panel has it, whether it is on or not [m/s^2].
-Vector gravity_of(const PanelState& state);
+/// Gravity and its angles, of each other.
+void set_gravity(PanelState& state, const Vector& gravity);
+void turn_gravity(PanelState& state, double tilt, double towards);
 
 /// The keys and what they do.
 struct Shortcut {

@@ -35,7 +35,10 @@ void plot(const char* name, const char* unit, const std::vector<std::pair<std::s
                            fmt::format("{}{:.4g}", curves[n].first, now).c_str());
     }
     const ImVec2 at = ImGui::GetCursorScreenPos();
-    const float wide = ImGui::GetContentRegionAvail().x, tall = float(40 * s);
+    // The ends of the scale stand beside the curves.
+    const std::string top = fmt::format("{:.3g}", high), bottom = fmt::format("{:.3g}", low);
+    const float gutter = float(62 * s), wide = ImGui::GetContentRegionAvail().x - gutter,
+                tall = float(36 * s);
     ImDrawList& list = *ImGui::GetWindowDrawList();
     list.AddRectFilled(at, {at.x + wide, at.y + tall}, IM_COL32(238, 240, 243, 255));
     auto y_of = [&](double v) { return at.y + tall - 2 - float((v - low) / (high - low)) * (tall - 4); };
@@ -51,11 +54,11 @@ void plot(const char* name, const char* unit, const std::vector<std::pair<std::s
             list.AddPolyline(points.data(), int(points.size()), curve_colours[n], 0, float(1.5 * s));
         }
     }
-    const std::string top = fmt::format("{:.3g}", high), bottom = fmt::format("{:.3g}", low);
-    list.AddText({at.x + 3, at.y}, IM_COL32(110, 110, 110, 255), top.c_str());
-    list.AddText({at.x + 3, at.y + tall - ImGui::GetTextLineHeight()}, IM_COL32(110, 110, 110, 255),
+    const float beside = at.x + wide + float(5 * s);
+    list.AddText({beside, at.y}, IM_COL32(90, 90, 90, 255), top.c_str());
+    list.AddText({beside, at.y + tall - ImGui::GetTextLineHeight()}, IM_COL32(90, 90, 90, 255),
                  bottom.c_str());
-    ImGui::Dummy({wide, tall});
+    ImGui::Dummy({wide + gutter, tall});
 }
 
 }  // namespace

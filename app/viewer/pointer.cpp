@@ -1,9 +1,10 @@
-// What the pointer and the keys do in the window.
+// What the pointer does in the window.
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "feeling.h"
 #include "window.h"
@@ -14,6 +15,8 @@ namespace {
 
 /// A click of the wheel takes the tool deeper by this share of its radius.
 constexpr double touch_click = 0.05;
+/// With Shift it turns by so much about the line of sight [radian].
+constexpr double touch_turn = std::numbers::pi / 18;
 /// And the haptic mouse, which begins farther away.
 constexpr double mouse_click = 0.2;
 
@@ -87,6 +90,7 @@ void Window::mouse_move(double x, double y) {
 void Window::mouse_button(int button, bool down, int modifiers) {
     if (button < 0 || button > 2) return;
     input_.held[std::size_t(button)] = down;
+    if (message_ == hint) message_.clear();
     if (down) input_.buttons[std::size_t(button)] = true;  // a click between two frames is one all the same
     input_.shift = modifiers & GLFW_MOD_SHIFT;
     if (!down) {
@@ -185,7 +189,8 @@ void Window::move_tool() {
     gesture_.moved = false;
     if (gesture_.kind == Gesture::Kind::hold) session_->send(Drag{pointer_way()});
     if (gesture_.kind == Gesture::Kind::touch)
-        session_->send(MoveTool{gesture_.tool + pointer_way() + gesture_.depth * gesture_.into});
+        session_->send(MoveTool{gesture_.tool + pointer_way() + gesture_.depth * gesture_.into,
+                                gesture_.turn * gesture_.into});
     if (gesture_.kind == Gesture::Kind::push) {
         const auto hit = under_pointer(gesture_.body);
         if (!hit) return;  // beside the body: it goes on where it was
@@ -230,8 +235,11 @@ void Window::scroll(double up) {
         gesture_.moved = true;
     } else if (gesture_.kind == Gesture::Kind::touch) {
         const double R = snapshot().bodies[gesture_.body].surface->radius;
-        gesture_.depth =
-            std::clamp(gesture_.depth + touch_click * panel_.ball.radius * R * up, -2 * R, 2 * R);
+        if (input_.shift)
+            gesture_.turn += touch_turn * up;
+        else
+            gesture_.depth =
+                std::clamp(gesture_.depth + touch_click * panel_.ball.radius * R * up, -2 * R, 2 * R);
         gesture_.moved = true;
     } else if (options_.feeling && options_.feeling->has_mouse() && gesture_.kind == Gesture::Kind::none) {
         const double size = snapshot().bodies[0].tools[0].tool.radius;
@@ -242,130 +250,12 @@ void Window::scroll(double up) {
     }
 }
 
-void Window::character(unsigned code) {
-    input_.characters.push_back(code);
-    if (code == '?' && !gui_->wants_keys()) panel_.help = !panel_.help;
-}
-
 void Window::drop(const std::vector<std::string>& files) {
     if (files.empty()) return;
     OpenRequest request;
     request.what.assign(files.begin(),
                         files.begin() + std::min<std::ptrdiff_t>(2, std::ptrdiff_t(files.size())));
     open(request);
-}
-
-void Window::key(int key, bool down, int modifiers) {
-    input_.keys.emplace_back(key, down);
-    input_.shift = modifiers & GLFW_MOD_SHIFT, input_.control = modifiers & GLFW_MOD_CONTROL;
-    if (!down || gui_->wants_keys()) return;
-    Look& look = panel_.look;
-    PanelActions actions;
-    switch (key) {
-        case GLFW_KEY_H:
-            panel_.grip = Grip::hold;
-            break;
-        case GLFW_KEY_P:
-            panel_.grip = Grip::push;
-            break;
-        case GLFW_KEY_B:
-            panel_.ball.capsule = panel_.grip == Grip::touch && !panel_.ball.capsule;
-            panel_.grip = Grip::touch;
-            break;
-        case GLFW_KEY_F:
-            panel_.grip = Grip::refine;
-            break;
-        case GLFW_KEY_L:
-            panel_.grip = Grip::lasso;
-            break;
-        case GLFW_KEY_R:
-        case GLFW_KEY_C: {
-            std::size_t body = 0;
-            const auto hit = under_pointer(body);
-            if (hit && key == GLFW_KEY_R)
-                actions.commands.push_back(RefineNear{rest_place(body, *hit), influence()});
-            else if (hit)
-                actions.commands.push_back(CoarsenNear{rest_place(body, *hit), influence()});
-            else
-                say("point at the body to refine or coarsen it");
-            break;
-        }
-        case GLFW_KEY_1:
-            actions.commands.push_back(SetScheme{Scheme::A});
-            break;
-        case GLFW_KEY_2:
-            actions.commands.push_back(SetScheme{Scheme::B});
-            break;
-        case GLFW_KEY_3:
-            actions.commands.push_back(SetScheme{Scheme::C});
-            break;
-        case GLFW_KEY_X:
-            if (const std::size_t count = snapshot().bodies.size(); count > 1) {
-                const std::size_t next = panel_.body ? *panel_.body + 1 : 0;
-                panel_.body = next < count ? std::optional(next) : std::nullopt;
-                say(!panel_.body ? "scheme and sliders: both bodies"
-                    : next == 0  ? "scheme and sliders: the left body"
-                                 : "scheme and sliders: the right body");
-            }
-            break;
-        case GLFW_KEY_G: {
-            const bool on = !snapshot().gravity.isZero(0);
-            actions.commands.push_back(Gravity{on ? Vector(Vector::Zero()) : gravity_of(panel_)});
-            break;
-        }
-        case GLFW_KEY_SPACE:
-            if (playback_) playing_ = !playing_;
-            actions.pause = !snapshot().paused;
-            break;
-        case GLFW_KEY_PERIOD:
-            actions.step = true;
-            break;
-        case GLFW_KEY_BACKSPACE:
-            actions.commands.push_back(Reset{});
-            break;
-        case GLFW_KEY_Z:
-            actions.commands.push_back(Undo{});
-            break;
-        case GLFW_KEY_V:
-            look.colour = all_colours[(std::size_t(look.colour) + 1) % std::size(all_colours)];
-            break;
-        case GLFW_KEY_W:
-            look.wireframe = !look.wireframe;
-            break;
-        case GLFW_KEY_S:
-            look.flat = !look.flat;
-            break;
-        case GLFW_KEY_O:
-            look.homes = !look.homes;
-            break;
-        case GLFW_KEY_T:
-            look.tetrahedra = !look.tetrahedra;
-            break;
-        case GLFW_KEY_0:
-            actions.fit = true;
-            break;
-        case GLFW_KEY_F2:
-            actions.picture = true;
-            break;
-        case GLFW_KEY_F3:
-            actions.vtp = true;
-            break;
-        case GLFW_KEY_F4:
-            actions.scene = true;
-            break;
-        case GLFW_KEY_F5:
-            actions.recording = true;
-            break;
-        case GLFW_KEY_TAB:
-            panel_.open = !panel_.open;
-            break;
-        case GLFW_KEY_Q:
-            close();
-            break;
-        default:
-            break;
-    }
-    act(actions);
 }
 
 }  // namespace innerspring::viewer

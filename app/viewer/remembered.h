@@ -6,8 +6,10 @@ namespace innerspring::viewer {
 
 /// What the window keeps from one session to the next.
 struct Remembered {
-    int width = 1280, height = 760;       ///< [point]
+    int width = 1280, height = 780;       ///< [point]
+    std::optional<int> x, y;              ///< of its upper left corner [point]
     double azimuth = 30, elevation = 20;  ///< of the camera [degree]
+    double zoom = 1;                      ///< against the whole body in view
     bool panel = true;
 };
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "innerspring/record/colours.h"
 #include "shaders.h"
+#include "solids.h"
 
 namespace innerspring::viewer {
 
@@ -17,6 +17,8 @@ constexpr Rgba plain_colour = {0.80f, 0.62f, 0.54f, 1}, arrow_colour = {0.85f, 0
                pin_colour = {0.1f, 0.1f, 0.1f, 1}, wire_colour = {0, 0, 0, 0.35f},
                ground_colour = {0.45f, 0.47f, 0.50f, 0.55f}, home_colour = {0.9f, 0.3f, 0.1f, 0.9f},
                tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f};
+
+constexpr float see_through = 0.45f;  ///< opacity of a surface before what is inside
 
 /// More lines than this only make a grey cloud.
 constexpr std::size_t most_spokes = 4000;
@@ -66,45 +68,6 @@ Texture make_map() {
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     return Texture(name);
-}
-
-/// Surfaces of revolution about `axis` from `from`: a profile of (along, radius) [m].
-void revolve(const Vector& from, const Vector& axis, std::span<const std::pair<double, double>> profile,
-             std::vector<Vector>& corners, std::vector<Vector>& normals) {
-    constexpr int around = 32;
-    const Vector side = axis.unitOrthogonal(), other = axis.cross(side);
-    auto radial = [&](int n) -> Vector {
-        const double a = 2 * std::numbers::pi * n / around;
-        return std::cos(a) * side + std::sin(a) * other;
-    };
-    for (std::size_t p = 0; p + 1 < profile.size(); ++p) {
-        const double z0 = profile[p].first, r0 = profile[p].second, z1 = profile[p + 1].first,
-                     r1 = profile[p + 1].second;
-        const double length = std::hypot(z1 - z0, r1 - r0);
-        if (!(length > 0)) continue;
-        for (int n = 0; n < around; ++n) {
-            const Vector a = radial(n), b = radial(n + 1);
-            auto normal = [&](const Vector& out) -> Vector {
-                return ((z1 - z0) * out - (r1 - r0) * axis) / length;
-            };
-            const Vector p00 = from + z0 * axis + r0 * a, p01 = from + z0 * axis + r0 * b,
-                         p10 = from + z1 * axis + r1 * a, p11 = from + z1 * axis + r1 * b;
-            for (const Vector& corner : {p00, p01, p11, p00, p11, p10}) corners.push_back(corner);
-            for (const Vector* out : {&a, &b, &b, &a, &b, &a}) normals.push_back(normal(*out));
-        }
-    }
-}
-
-/// The profile of a capsule about its middle; of length 0, a ball's.
-std::vector<std::pair<double, double>> capsule(double radius, double length) {
-    constexpr int pieces = 12;  // of a quarter
-    std::vector<std::pair<double, double>> profile;
-    for (int end : {-1, 1})
-        for (int n = 0; n <= pieces; ++n) {
-            const double a = std::numbers::pi / 2 * (end < 0 ? n : pieces - n) / pieces;
-            profile.push_back({end * (length / 2 + radius * std::cos(a)), radius * std::sin(a)});
-        }
-    return profile;
 }
 
 }  // namespace
@@ -159,9 +122,15 @@ void Renderer::draw(std::size_t slot, const BodySnapshot& body, const Drawn& dra
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
 
     if (meshes_.size() <= slot) meshes_.resize(slot + 1);
-    draw_surface(slot, body, drawn, look, range);
+    // What is inside is seen through the surface: that comes last then.
+    const bool through = look.homes || look.tetrahedra;
+    if (!through) draw_surface(slot, body, drawn, look, range);
+    glEnable(GL_BLEND);
     if (look.ground) draw_ground(surface);
-    if (look.homes || look.tetrahedra) draw_springs(body, drawn, look);
+    if (through) {
+        draw_springs(body, drawn, look);
+        draw_surface(slot, body, drawn, look, range);
+    }
     if (!body.pinned.empty()) {
         lines_.clear();
         for (Index i : body.pinned) {
@@ -219,14 +188,26 @@ void Renderer::draw_surface(std::size_t slot, const BodySnapshot& body, const Dr
     set(surface_program_, "view_projection", view_projection_);
     set(surface_program_, "coloured", coloured ? 1.0f : 0.0f);
     set(surface_program_, "flat_shading", look.flat ? 1.0f : 0.0f);
-    set(surface_program_, "base", plain_colour);
+    const bool through = look.homes || look.tetrahedra;
+    Rgba base = plain_colour;
+    if (through) base[3] = see_through;
+    set(surface_program_, "base", base);
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_2D, map_);
     glEnable(GL_CULL_FACE);  // closed and outward oriented: the far side is never seen
     if (look.wireframe) glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1, 1);
     glBindVertexArray(mesh.array);
-    glDrawElements(GL_TRIANGLES, GLsizei(3 * surface.triangles.size()), GL_UNSIGNED_INT, nullptr);
+    const auto count = GLsizei(3 * surface.triangles.size());
+    if (through) {  // its depth first, so that only the near side is blended
+        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+        glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        glDepthFunc(GL_LEQUAL);
+        glEnable(GL_BLEND);
+    }
+    glDrawElements(GL_TRIANGLES, count, GL_UNSIGNED_INT, nullptr);
+    glDepthFunc(GL_LESS);
     glDisable(GL_POLYGON_OFFSET_FILL);
     glDisable(GL_CULL_FACE);
     glEnable(GL_BLEND);
@@ -263,7 +244,6 @@ void Renderer::draw_ground(const Surface& surface) {
 void Renderer::draw_springs(const BodySnapshot& body, const Drawn& drawn, const Look& look) {
     const Surface& surface = *body.surface;
     const std::size_t stride = 1 + drawn.x.size() / most_spokes;
-    glDisable(GL_DEPTH_TEST);
     if (look.tetrahedra) {
         lines_.clear();
         for (std::size_t i = 0; i < drawn.x.size(); i += stride) {
@@ -292,7 +272,6 @@ void Renderer::draw_springs(const BodySnapshot& body, const Drawn& drawn, const 
         draw_coloured(GL_POINTS, points);
         draw_coloured(GL_LINES, lines_);
     }
-    glEnable(GL_DEPTH_TEST);
 }
 
 void Renderer::draw_arrow(const Vector& force, const Vector& place, const BodySnapshot& body) {

@@ -15,9 +15,16 @@ Rig::Rig(const std::vector<Scene>& scenes) : scenes_(scenes) {
 Rig::Rig(const Recording& recording) : Rig(recording.scenes) {
     to_replay_.inputs = recording.inputs;
     to_replay_.ticks = recording.ticks;
+    to_replay_.hash = recording.hash;
+    if (recording.ticks == 0) end_replay();
 }
 
 void Rig::apply(const Command& command, std::optional<std::size_t> only) {
+    disturbed_ = disturbed_ || replaying();
+    give(command, only);
+}
+
+void Rig::give(const Command& command, std::optional<std::size_t> only) {
     done_.push_back({ticks_, command, only});
     std::string why;
     std::vector<Simulation*> without;
@@ -37,17 +44,26 @@ void Rig::apply(const Command& command, std::optional<std::size_t> only) {
     if (!why.empty()) throw InputError(why);
 }
 
-bool Rig::advance() {
+void Rig::replay_inputs() {
     const auto& inputs = to_replay_.inputs;
     for (; next_input_ < inputs.size() && inputs[next_input_].tick <= ticks_; ++next_input_) {
         try {
-            apply(inputs[next_input_].command, inputs[next_input_].body);
+            give(inputs[next_input_].command, inputs[next_input_].body);
         } catch (const InputError&) {  // as it was refused when it was recorded
         }
     }
+}
+
+void Rig::end_replay() {
+    replay_inputs();  // what was done after the last step
+    if (!disturbed_) as_recorded_ = hash() == to_replay_.hash;
+}
+
+bool Rig::advance() {
+    replay_inputs();
     bool well = true;
     for (const auto& body : bodies_) well = body->advance() && well;
-    ++ticks_;
+    if (++ticks_ == to_replay_.ticks) end_replay();
     return well;
 }
 
@@ -64,14 +80,6 @@ Recording Rig::recording() const {
 std::unique_ptr<Rig> replay(const Recording& recording) {
     auto rig = std::make_unique<Rig>(recording);
     while (rig->ticks() < recording.ticks) rig->advance();
-    // What was done after the last step.
-    for (const Recording::Input& input : recording.inputs) {
-        if (input.tick < recording.ticks) continue;
-        try {
-            rig->apply(input.command, input.body);
-        } catch (const InputError&) {
-        }
-    }
     return rig;
 }
 

@@ -20,6 +20,9 @@ class Rig {
     std::size_t size() const { return bodies_.size(); }
     const Simulation& operator[](std::size_t n) const { return *bodies_[n]; }
     std::uint64_t ticks() const { return ticks_; }
+    /// At the end of a recording: whether the states are those recorded. None before, nor where something
+    /// else was done meanwhile.
+    std::optional<bool> as_recorded() const { return as_recorded_; }
     bool replaying() const { return next_input_ < to_replay_.inputs.size() || ticks_ < to_replay_.ticks; }
 
     /// Of the states of all bodies.
@@ -28,12 +31,18 @@ class Rig {
     Recording recording() const;
 
   private:
+    void give(const Command& command, std::optional<std::size_t> only);
+    void replay_inputs();
+    void end_replay();
+
     std::vector<Scene> scenes_;
     std::vector<std::unique_ptr<Simulation>> bodies_;
     std::vector<Recording::Input> done_;
     std::uint64_t ticks_ = 0;
     Recording to_replay_;
     std::size_t next_input_ = 0;
+    bool disturbed_ = false;
+    std::optional<bool> as_recorded_;
 };
 
 /// Plays a recording to its end without a clock; the rig's hash is then the recording's.

@@ -93,6 +93,12 @@ void Session::take_step() {
         const std::lock_guard lock(mutex_);
         asked_.paused = true;
     }
+    if (const auto same = rig_->as_recorded(); same && !told_) {
+        told_ = true;
+        message_ = *same ? "replayed to its end: the same bits as recorded"
+                         : "replayed to its end: NOT the bits that were recorded";
+        ++said_;
+    }
     const double ms = 1000 * (seconds() - start);
     step_ms_ = step_ms_ == 0 ? ms : step_ms_ + 0.1 * (ms - step_ms_);
 }

@@ -80,6 +80,7 @@ class Session {
     Control control_;
     Capture capture_;
     std::string message_;
+    bool told_ = false;  ///< how a replay ended
     std::uint64_t said_ = 0, taken_ = 0;
     double step_ms_ = 0;
     double pace_from_ = 0, factor_ = 0, rate_ = 0;  ///< seconds; of the last half second

@@ -26,6 +26,7 @@ constexpr double strongest = 5;
 /// the pointer, and no faster than so many volume radii in a second.
 constexpr double tool_lag = 0.03;  ///< [s]
 constexpr double fastest_tool = 5;
+constexpr double fastest_turn = 10;  ///< [rad/s]
 
 /// Undo keeps so many bytes at most, but always the last moment.
 constexpr std::size_t undo_bytes = 256u << 20;
@@ -124,8 +125,13 @@ void Simulation::act(const Command& command) {
     } else if (const auto* touch = std::get_if<Touch>(&command)) {
         act(*touch);
     } else if (const auto* move = std::get_if<MoveTool>(&command)) {
-        if (!move->to.allFinite()) throw InputError("the tool's place must be finite");
+        if (!move->to.allFinite() || !move->turn.allFinite())
+            throw InputError("the tool's place and turn must be finite");
         now_.hand.to = move->to;
+        const double angle = move->turn.norm();
+        now_.hand.turned = now_.hand.taken;
+        if (angle > 0)
+            now_.hand.turned = Eigen::AngleAxisd(angle, move->turn.stableNormalized()) * now_.hand.taken;
     } else if (std::holds_alternative<Release>(command)) {
         release();
     } else if (const auto* tuned = std::get_if<Tune>(&command)) {
@@ -232,13 +238,6 @@ void Simulation::act(const Push& push) {
 }
 
 void Simulation::act(const Touch& touch) {
-    if (workspace_->integrator() == Integrator::implicit) {
-        StepOptions explicit_steps = scene_.step;
-        if (explicit_steps.integrator == Integrator::implicit)
-            throw InputError("a tool needs explicit steps; here implicit ones were asked for");
-        explicit_steps.integrator = Integrator::symplectic;
-        const Workspace possible(now_.body, explicit_steps);  // throws where they would be too many
-    }
     const Pose pose{touch.at, Eigen::Quaterniond::FromTwoVectors(Vector(Vector::UnitZ()), touch.axis)};
     Tool tool = touch.length == 0 ? sphere_tool(touch.radius, touch.at, touch.friction)
                                   : capsule_tool(touch.radius, touch.length, pose, touch.friction);
@@ -248,6 +247,7 @@ void Simulation::act(const Touch& touch) {
     now_.loads.tools.push_back(std::move(tool));
     now_.hand.kind = Hand::Kind::tool;
     now_.hand.to = touch.at;
+    now_.hand.taken = now_.hand.turned = pose.rotation;
     met_ = false;
 }
 
@@ -282,10 +282,16 @@ void Simulation::move_hand() {
     if (now_.hand.kind == Hand::Kind::tool) {
         Tool& tool = now_.loads.tools.back();
         Pose pose = pose_at(tool, now_.state.time);
-        Vector way = std::min(1.0, dt / tool_lag) * (now_.hand.to - pose.position);
+        const double share = std::min(1.0, dt / tool_lag);
+        Vector way = share * (now_.hand.to - pose.position);
         const double most = fastest_tool * now_.body.radius * dt;
         if (const double size = way.norm(); size > most) way *= most / size;
         pose.position += way;
+        if (pose.rotation.coeffs() != now_.hand.turned.coeffs()) {
+            const double angle = pose.rotation.angularDistance(now_.hand.turned);
+            const double part = std::min(share, angle > 0 ? fastest_turn * dt / angle : 1.0);
+            pose.rotation = pose.rotation.slerp(part, now_.hand.turned).normalized();
+        }
         move_to(tool, now_.state.time, dt, pose);
     }
     if (now_.hand.kind == Hand::Kind::hold) {

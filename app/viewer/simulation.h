@@ -15,6 +15,8 @@ struct Hand {
     Vector by = Vector::Zero();    ///< hold: how far the hand has moved [m]
     double stiffness = 0;          ///< hold: of the spring between them [N/m]
     Vector to = Vector::Zero();    ///< tool: where it is to go [m]
+    Eigen::Quaterniond taken = Eigen::Quaterniond::Identity(),
+                       turned = Eigen::Quaterniond::Identity();  ///< tool: as it was taken, as it is to be
 };
 
 /// One body under the hand, without a thread or a clock: the same scene and the same commands before the same

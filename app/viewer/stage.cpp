@@ -10,6 +10,11 @@ Box2 part_of(const Box2& box, std::size_t n, std::size_t count) {
     return {box.x + double(n) * width, box.y, width, box.height};
 }
 
+void make_room(Camera& camera, const Snapshot& snapshot, ColourBy colour, const Box2& box, double scale) {
+    const double count = double(snapshot.bodies.size()), width = box.width / count;
+    camera.aside = legend_room(colour, {0, 0, width, box.height}, scale) / width / count;
+}
+
 void fit(Camera& camera, const Snapshot& snapshot) {
     Vector lower = snapshot.bodies[0].surface->lower, upper = snapshot.bodies[0].surface->upper;
     for (const BodySnapshot& body : snapshot.bodies) {

@@ -33,6 +33,9 @@ class Stage {
 /// The part of the box that body n of `count` has.
 Box2 part_of(const Box2& box, std::size_t n, std::size_t count);
 
+/// Room for the legend beside the last body; two go aside by half of it, so that they are seen alike.
+void make_room(Camera& camera, const Snapshot& snapshot, ColourBy colour, const Box2& box, double scale);
+
 /// Looks at all the bodies at rest.
 void fit(Camera& camera, const Snapshot& snapshot);
 

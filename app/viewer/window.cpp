@@ -36,6 +36,18 @@ void connect(GLFWwindow* window) {
     });
 }
 
+/// Whether a window's corner there can be seen and taken hold of.
+bool on_a_monitor(int x, int y) {
+    int count = 0;
+    GLFWmonitor** monitors = glfwGetMonitors(&count);
+    for (int n = 0; n < count; ++n) {
+        int left = 0, top = 0, width = 0, height = 0;
+        glfwGetMonitorWorkarea(monitors[n], &left, &top, &width, &height);
+        if (x >= left && y >= top && x < left + width - 100 && y < top + height - 100) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
 Window::Window(const WindowOptions& options) : options_(options) {
@@ -46,6 +58,7 @@ Window::Window(const WindowOptions& options) : options_(options) {
     if (options.size) remembered.width = (*options.size)[0], remembered.height = (*options.size)[1];
     panel_.open = remembered.panel;
     camera_.azimuth = remembered.azimuth, camera_.elevation = remembered.elevation;
+    remembered_zoom_ = remembered.zoom;
     show(options.feeling
              ? Opened{}
              : load(options.open));  // before there is a window: what cannot be opened is said at once
@@ -74,6 +87,8 @@ Window::Window(const WindowOptions& options) : options_(options) {
         glfwTerminate();
         throw RunError(no_graphics(why));
     }
+    if (remembered.x && remembered.y && on_a_monitor(*remembered.x, *remembered.y))
+        glfwSetWindowPos(window_, *remembered.x, *remembered.y);
     glfwSwapInterval(1);
     glfwSetWindowUserPointer(window_, this);
     connect(window_);
@@ -81,12 +96,20 @@ Window::Window(const WindowOptions& options) : options_(options) {
     gui_ = std::make_unique<Gui>(scale_);
     stage_ = std::make_unique<Stage>();
     last_frame_ = glfwGetTime();
+    if (!options_.feeling) say(std::string(hint), 20);
 }
 
 Window::~Window() {
     if (options_.remember) try {
-            if (const auto file = remembered_file())
-                remember({int(width_), int(height_), camera_.azimuth, camera_.elevation, panel_.open}, *file);
+            Remembered now;
+            now.width = int(width_), now.height = int(height_);
+            now.azimuth = camera_.azimuth, now.elevation = camera_.elevation, now.zoom = zoomed(camera_);
+            now.panel = panel_.open;
+            int x = 0, y = 0;
+            glfwGetError(nullptr);  // of before
+            glfwGetWindowPos(window_, &x, &y);
+            if (glfwGetError(nullptr) == GLFW_NO_ERROR) now.x = x, now.y = y;  // Wayland tells nobody
+            if (const auto file = remembered_file()) remember(now, *file);
         } catch (const std::exception&) {  // a window that cannot be remembered closes all the same
         }
     session_.reset();
@@ -114,17 +137,19 @@ void Window::show(Opened opened) {
     gesture_ = {};
     said_ = 0;
     play_time_ = 0;
-    panel_.tilt = 0;
     panel_.body.reset();
     panel_.before_slider.reset();
     if (options_.feeling && options_.feeling->has_mouse()) pointed_ = options_.feeling->mouse_start();
-    if (!snapshot().gravity.isZero(0)) panel_.gravity = snapshot().gravity;
-    fit(camera_, snapshot());
+    if (!snapshot().gravity.isZero(0)) set_gravity(panel_, snapshot().gravity);
+    if (!opened.again) fit(camera_, snapshot());
     if (options_.camera) {
         camera_.azimuth = options_.camera->azimuth, camera_.elevation = options_.camera->elevation;
         zoom(camera_, options_.camera->zoom);
         options_.camera.reset();  // for the first body only
+    } else if (remembered_zoom_ != 1) {
+        zoom(camera_, remembered_zoom_);
     }
+    remembered_zoom_ = 1;  // as above
 }
 
 void Window::open(const OpenRequest& request) {
@@ -134,12 +159,27 @@ void Window::open(const OpenRequest& request) {
     opening_ = std::async(std::launch::async, [request] { return load(request); });
 }
 
+void Window::replay_session() {
+    if (opening_.valid()) return say(fmt::format("{} is still being opened", opening_what_));
+    opening_what_ = "the session from its beginning";
+    // Written down between two steps in the session's thread, set up beside it, then shown in its place.
+    const auto written = std::make_shared<std::promise<Recording>>();
+    session_->ask([written](const Rig& rig) {
+        written->set_value(rig.recording());
+        return std::string();
+    });
+    opening_ = std::async(std::launch::async, [recording = written->get_future().share()] {
+        return Opened{std::make_unique<Rig>(recording.get()), nullptr, true};
+    });
+}
+
 void Window::finish_opening() {
     if (!opening_.valid() || opening_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
     try {
         show(opening_.get());
-        say(fmt::format("{}: {} vertices", snapshot().bodies[0].surface->name,
-                        snapshot().bodies[0].u.size()));
+        say(snapshot().replaying ? "replaying what was done"
+                                 : fmt::format("{}: {} vertices", snapshot().bodies[0].surface->name,
+                                               snapshot().bodies[0].u.size()));
         if (playback_ && !playback_->note().empty()) say(playback_->note());
     } catch (const std::exception& error) {
         say(error.what());
@@ -151,9 +191,9 @@ const Snapshot& Window::snapshot() const {
     return session_ ? session_->latest() : playback_->snapshot();
 }
 
-void Window::say(std::string message) {
+void Window::say(std::string message, double seconds) {
     message_ = std::move(message);
-    message_until_ = glfwGetTime() + 8;
+    message_until_ = glfwGetTime() + seconds;
 }
 
 void Window::update_size() {
@@ -201,6 +241,7 @@ bool Window::frame() {
     move_tool();
 
     const Box2 box = stage_box();
+    make_room(camera_, snapshot(), panel_.look.colour, box, scale_);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     gui_->begin(width_, height_, pixels_, seconds, input_);
     input_.wheel = 0;
@@ -276,10 +317,19 @@ void Window::draw_transport(const Box2& box, double seconds) {
 void Window::act(const PanelActions& actions) {
     if (actions.fit) fit(camera_, snapshot());
     if (actions.picture) save_picture_ = true;
+    if (actions.step && playback_) {
+        playing_ = false;
+        play_time_ = playback_->time_of((playback_->at() + 1) % playback_->frames());
+    }
     if (actions.vtp && playback_) say("this is a frame of a file already");
     if (options_.feeling && (actions.vtp || actions.scene || actions.recording))
         say("of a body in the hand, pictures only; --record writes what the hand does");
     if (!session_) return;
+    if (actions.down) {
+        set_gravity(panel_, -panel_.gravity.norm() * camera_.up());
+        session_->send(Gravity{panel_.gravity});
+    }
+    if (actions.replay) replay_session();
     for (const Command& command : actions.commands) {
         const bool own = std::holds_alternative<SetScheme>(command) || std::holds_alternative<Tune>(command);
         session_->send(command, own ? panel_.body : std::nullopt);
@@ -287,9 +337,10 @@ void Window::act(const PanelActions& actions) {
     if (actions.pause) session_->pause(*actions.pause);
     if (actions.step) session_->pause(true), session_->single_step();
     if (actions.speed) session_->set_speed(*actions.speed);
+    const std::size_t which = panel_.body.value_or(0);
     if (actions.vtp)
-        save("vtp", [](const Rig& rig) {
-            const Simulation& s = rig[0];
+        save("vtp", [which](const Rig& rig) {
+            const Simulation& s = rig[which];
             std::vector<Vector> u(s.state().x.size());
             for (std::size_t i = 0; i < u.size(); ++i) u[i] = s.state().x[i] - s.body().rest.positions[i];
             const VertexField fields[] = {{"displacement_m", std::span<const Vector>(u)},
@@ -298,7 +349,7 @@ void Window::act(const PanelActions& actions) {
                                           {"K_n_m", std::span<const double>(s.body().K)}};
             return to_vtp(s.state().x, s.body().rest.triangles, fields);
         });
-    if (actions.scene) save("toml", [](const Rig& rig) { return to_toml(rig[0].scene()); });
+    if (actions.scene) save("toml", [which](const Rig& rig) { return to_toml(rig[which].scene()); });
     if (actions.recording) save("session", [](const Rig& rig) { return to_text(rig.recording()); });
 }
 

@@ -67,6 +67,10 @@ class Window {
     /// What the last frame showed.
     const Image& keep_picture();
 
+    /// What is said at first.
+    static constexpr std::string_view hint =
+        "drag the body to hold it, beside it to turn; wheel: nearer; ?: all keys; files may be dropped here";
+
   private:
     struct Gesture {
         enum class Kind { none, orbit, pan, hold, push, touch, lasso } kind = Kind::none;
@@ -77,15 +81,18 @@ class Window {
         Vector tool = Vector::Zero();                ///< touch: the tool's middle at first [m]
         Vector into = Vector::Zero();                ///< touch: where its depth goes, length 1
         double depth = 0;                            ///< touch: by the wheel [m]
+        double turn = 0;                             ///< touch: about `into` [radian]
         std::vector<std::array<double, 2>> outline;  ///< lasso
     };
     struct Opened {
         std::unique_ptr<Rig> rig;
         std::unique_ptr<Playback> playback;
+        bool again = false;  ///< the bodies shown already: the camera stays
     };
     static Opened load(const OpenRequest& request);
     void show(Opened opened);
     void finish_opening();
+    void replay_session();
     void update_size();
     Box2 stage_box() const;
     bool panel_fits() const;
@@ -103,7 +110,7 @@ class Window {
     void save_picture();
     void save(const char* extension, std::function<std::string(const Rig&)> text);
     std::filesystem::path free_name(const char* extension) const;
-    void say(std::string message);
+    void say(std::string message, double seconds = 8);
     void draw_message(const Box2& box);
     void draw_transport(const Box2& box, double seconds);
     double influence() const;
@@ -126,6 +133,7 @@ class Window {
     double message_until_ = 0;
     std::uint64_t said_ = 0;
     double last_frame_ = 0;
+    double remembered_zoom_ = 1;
     bool playing_ = true;   ///< a recorded simulation
     double play_time_ = 0;  ///< [s]
     bool closing_ = false, save_picture_ = false, keep_picture_ = false;

@@ -143,7 +143,14 @@ TEST(Study, TheReportStandsByItself) {
     const TemporaryFolder folder("study-report");
     StudyRun run = small_study(StudyKind::gravity, folder.path);
     run.pictures = true;
+    int painted = 0;
+    run.paint = [&](Positions x, Triangles triangles, std::span<const double> values,
+                    const PictureOptions& options, Positions frame) {
+        ++painted;
+        return draw(x, triangles, values, options, frame);
+    };
     const StudyResults results = run_study(small_sphere(), run);
+    EXPECT_EQ(painted, 2) << "schemes B and C, by whoever was asked to";
     const std::string html = content(folder.path / "report.html");
     EXPECT_NE(html.find("</html>"), std::string::npos);
     EXPECT_EQ(html.find("http"), std::string::npos);

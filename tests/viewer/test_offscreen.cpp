@@ -8,6 +8,7 @@
 #include "innerspring/record/run.h"
 #include "offscreen.h"
 #include "open.h"
+#include "painter.h"
 #include "pictures.h"
 #include "support/temporary_folder.h"
 
@@ -56,6 +57,28 @@ TEST(Offscreen, ASphereCoversTheShareOfItsCone) {
         const double half = 15 * std::numbers::pi / 180, distance = std::sqrt(3.0) / std::sin(half) / zoomed;
         const double disc = std::tan(std::asin(1 / distance)) / std::tan(half);
         EXPECT_NEAR(covered(image, 0, 400, 0, 400), std::numbers::pi * disc * disc / 4, 0.006) << zoomed;
+    }
+}
+
+// The legend has a column of its own: the body is in the middle of what is left, whatever way it is seen.
+TEST(Offscreen, TheBodyIsBesideTheLegend) {
+    NEED_OPENGL();
+    const auto rig = open_rig({{"icosphere:vertices=2562"}, [](Scene& s) { s.gravity = Vector::Zero(); }});
+    const Snapshot snapshot = after(*rig, 0);
+    PictureRequest request;
+    request.width = 600, request.height = 400;
+    request.look.ground = false;
+    for (ColourBy colour : {ColourBy::stiffness, ColourBy::plain}) {
+        request.look.colour = colour;
+        request.camera = {200, -10, 1.2};
+        const Image image = Studio(request).picture(snapshot, {});
+        const double room = colour == ColourBy::plain ? 0 : 76;
+        double count = 0, sum = 0;
+        for (int y = 80; y < 320; ++y)
+            for (int x = 0; x < 600 - 80; ++x)
+                if (of_the_body(image, x, y)) ++count, sum += x + 0.5;
+        ASSERT_GT(count, 1e4);
+        EXPECT_NEAR(sum / count, (600 - room) / 2, 1) << to_string(colour);
     }
 }
 
@@ -165,6 +188,51 @@ TEST(Offscreen, FramesOfASimulation) {
     const Image stepped = Studio(request).picture(after(*rig, 30), {});
     EXPECT_GT(covered(played, 0, 120, 40, 120), 0.1);
     EXPECT_NEAR(covered(played, 0, 120, 40, 120), covered(stepped, 0, 120, 40, 120), 0.01);
+}
+
+// The same picture by the library and by this renderer: a body that fills it, the colours' ends where the
+// values are least and largest. They differ in how they look, not in what they say.
+TEST(Offscreen, PaintsWhatTheLibraryDraws) {
+    NEED_OPENGL();
+    const SurfaceMesh mesh = make_shape("icosphere:vertices=2562");
+    std::vector<double> height;
+    for (const Vector& x : mesh.positions) height.push_back(x.y());
+    PictureOptions options;
+    options.width = 640, options.height = 480;
+    options.title = "a title", options.legend = "height [m]";
+    options.edges = false;
+    const Painter paint = make_painter();
+    for (const Painter& painter : {paint, best_painter(), Painter(draw)}) {
+        const Image image = painter(mesh.positions, mesh.triangles, height, options, {});
+        ASSERT_EQ(image.width, 640);
+        ASSERT_EQ(image.height, 480);
+        int left = 640, right = 0, top = 480, bottom = 0;
+        for (int y = 24; y < 480; ++y)
+            for (int x = 0; x < 520; ++x)
+                if (of_the_body(image, x, y))
+                    left = std::min(left, x), right = std::max(right, x), top = std::min(top, y),
+                    bottom = std::max(bottom, y);
+        EXPECT_NEAR(right - left, bottom - top, 3) << "a disc";
+        EXPECT_GT(bottom - top, 0.7 * 480);
+        // Dark blue below, yellow above.
+        const auto at = [&](int row) {
+            return &image.rgb[3 * (std::size_t(row) * 640 + (left + right) / 2)];
+        };
+        EXPECT_GT(at(top + 20)[0], at(top + 20)[2] + 50);
+        EXPECT_GT(at(bottom - 20)[2], at(bottom - 20)[1]);
+    }
+    // Twice the same; with another size, without values, and in a range of one's own.
+    const Image once = paint(mesh.positions, mesh.triangles, height, options, {});
+    EXPECT_EQ(difference(once, paint(mesh.positions, mesh.triangles, height, options, mesh.positions)), 0);
+    options.high = 10;
+    EXPECT_GT(difference(once, paint(mesh.positions, mesh.triangles, height, options, {})), 1);
+    options.width = options.height = 200;
+    EXPECT_EQ(paint(mesh.positions, mesh.triangles, {}, options, {}).width, 200);
+    // Seen with another side up it is the library's.
+    options.up = Vector(1, 0, 0);
+    EXPECT_EQ(difference(paint(mesh.positions, mesh.triangles, height, options, {}),
+                         draw(mesh.positions, mesh.triangles, height, options)),
+              0);
 }
 
 // The ball of a scene is where its path says, in pictures of the scene and of its frames.

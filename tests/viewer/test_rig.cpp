@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "camera.h"
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/shapes.h"
 #include "open.h"
+#include "panel.h"
 #include "session.h"
 
 using namespace innerspring;
@@ -33,7 +36,7 @@ std::vector<Command> all_commands() {
             Drag{{0.05, 1.0 / 3, 0}},
             Push{{0, 0, 1}, 0.3, {0, 0, -0.1 / 3}},
             Touch{0.3, 0.2, 1 / 3.0, {0, 0, 1.2}, {1, 0, 0.1}},
-            MoveTool{{0, 0.1 / 3, 1.1}},
+            MoveTool{{0, 0.1 / 3, 1.1}, {0, 0, 0.1 / 3}},
             Release{},
             Tune{m},
             SetScheme{Scheme::B},
@@ -62,9 +65,10 @@ TEST(Commands, ReadBackToTheSameLine) {
 }
 
 TEST(Commands, SayWhatIsWrong) {
-    for (const char* line : {"", "dance", "gravity 0 1", "gravity 0 1 nan", "push 0 0 1 -2 0 0 0",
-                             "grab 0 0 1 0", "pin 3 0 0 0", "pin 99999999999 0", "scheme D", "release now",
-                             "tune 1 2 3", "touch 0 0 0 0 0 0 0 0 1", "touch 1 0 0 0 0 0", "move 1 2"})
+    for (const char* line :
+         {"", "dance", "gravity 0 1", "gravity 0 1 nan", "push 0 0 1 -2 0 0 0", "grab 0 0 1 0", "pin 3 0 0 0",
+          "pin 99999999999 0", "scheme D", "release now", "tune 1 2 3", "touch 0 0 0 0 0 0 0 0 1",
+          "touch 1 0 0 0 0 0", "move 1 2", "move 1 2 3 4"})
         EXPECT_THROW(parse_command(line), InputError) << line;
 }
 
@@ -140,6 +144,34 @@ TEST(Recording, OfATool) {
     EXPECT_EQ(replay(read)->hash(), rig.hash());
     std::get<Touch>(read.inputs[0].command).radius = 0.31;
     EXPECT_NE(replay(read)->hash(), rig.hash());
+}
+
+// What is done after the last step belongs to the recording too. What is done meanwhile does not.
+TEST(Rig, SaysWhetherAReplayGaveTheSameBits) {
+    Rig rig({sphere_scene(200)});
+    rig.apply(Gravity{{0, -5, 0}});
+    steps(rig, 12);
+    rig.apply(RefineNear{{0, 0, 1}, 0.5});
+    const Recording recording = rig.recording();
+    EXPECT_FALSE(rig.as_recorded()) << "nothing is replayed";
+    Rig again(recording);
+    steps(again, 11);
+    EXPECT_TRUE(again.replaying());
+    EXPECT_FALSE(again.as_recorded());
+    steps(again, 1);
+    EXPECT_FALSE(again.replaying());
+    EXPECT_EQ(again.as_recorded(), true);
+    EXPECT_EQ(again.hash(), recording.hash);
+    Recording changed = recording;
+    changed.inputs[0].command = Gravity{{0, -5.1, 0}};
+    Rig other(changed);
+    steps(other, 12);
+    EXPECT_EQ(other.as_recorded(), false);
+    Rig touched(recording);
+    steps(touched, 3);
+    touched.apply(Gravity{{0, -5, 0}});
+    steps(touched, 9);
+    EXPECT_FALSE(touched.as_recorded().has_value());
 }
 
 // Scheme and material may be for one body of two; one undo takes it back, and it is written down.
@@ -232,12 +264,44 @@ TEST(Simulation, UndoTakesTheToolAwayAndLeavesTheScenes) {
     }
 }
 
-TEST(Simulation, AToolIsRefusedWhereStepsAreImplicit) {
-    Scene scene = sphere_scene();
-    scene.step.integrator = Integrator::implicit;
-    Simulation body(scene);
-    EXPECT_THROW(body.apply(Touch{0.3, 0, 0, {0, 0, 1.2}}), InputError);
-    EXPECT_TRUE(body.advance());
+// A tool at rest is pressed with what holds the body up against it, however that came to rest; on a mesh this
+// coarse it may rest on a vertex more or less.
+TEST(Simulation, AToolFeelsTheSameInImplicitSteps) {
+    Vector felt[2];
+    for (const Integrator integrator : {Integrator::symplectic, Integrator::implicit}) {
+        Scene scene = sphere_scene(300);
+        scene.step.integrator = integrator;
+        Simulation body(scene);
+        body.apply(Touch{0.3, 0, 0, {0, 0, 1.3}});
+        body.apply(MoveTool{{0, 0, 1.2}});
+        for (int n = 0; n < 150; ++n) ASSERT_TRUE(body.advance());
+        ASSERT_NE(body.contact(), nullptr);
+        EXPECT_EQ(body.workspace().integrator(), integrator);
+        felt[integrator == Integrator::implicit] = body.contact()->tools[0].force;
+    }
+    EXPECT_GT(felt[0].z(), 0.01);
+    EXPECT_LT((felt[1] - felt[0]).norm(), 0.1 * felt[0].norm());
+}
+
+// Turned by a quarter about z, the axis along x goes to y, no faster than it may, and is saved so.
+TEST(Simulation, ACapsuleIsTurned) {
+    Simulation body(sphere_scene(200));
+    body.apply(Touch{0.2, 0.6, 0, {0, 0, 3}, {1, 0, 0}});
+    const double quarter = std::numbers::pi / 2;
+    body.apply(MoveTool{{0, 0, 3}, {0, 0, quarter}});
+    const auto axis = [&] {
+        return Vector(pose_at(*body.hand_tool(), body.state().time).rotation * Vector::UnitZ());
+    };
+    Vector before = axis();
+    EXPECT_LT((before - Vector(1, 0, 0)).norm(), 1e-12);
+    for (int n = 0; n < 100; ++n) {
+        ASSERT_TRUE(body.advance());
+        EXPECT_LT(std::acos(std::min(1.0, before.dot(axis()))), 0.1 + 1e-6) << "10 rad/s of 10 ms";
+        before = axis();
+    }
+    EXPECT_LT((axis() - Vector(0, 1, 0)).norm(), 1e-6);
+    EXPECT_LT((body.scene().tools.at(0).axis.value() - Vector(0, 1, 0)).norm(), 1e-6);
+    EXPECT_THROW(body.apply(MoveTool{{0, 0, 3}, {0, NAN, 0}}), InputError);
 }
 
 TEST(Simulation, TheSceneItSavesHasTheToolsWhereTheyAre) {
@@ -360,6 +424,7 @@ TEST(Camera, ARayThroughWhereAPointIsSeenMeetsIt) {
     orbit(camera, 33, -20);
     zoom(camera, 1.7);
     for (double aspect : {0.5, 1.0, 1.8}) {
+        camera.aside = 0.1 * aspect;
         pan(camera, 0.1, -0.2, aspect);
         for (const Vector& p : {Vector(0, 0, 0), Vector(1, -1, 0.5), Vector(-0.5, 1, -2)}) {
             const Eigen::Vector4d clip =
@@ -368,6 +433,34 @@ TEST(Camera, ARayThroughWhereAPointIsSeenMeetsIt) {
             EXPECT_LT(ray.along.cross(p - ray.from).norm(), 1e-12);
             EXPECT_LT(std::abs(clip.z() / clip.w()), 1);
         }
+    }
+}
+
+TEST(Camera, RoomBesideMovesTheMiddleByAsMuch) {
+    Camera camera;
+    fit(camera, {-1, -1, -1}, {1, 1, 1});
+    EXPECT_NEAR(zoomed(camera), 1, 1e-12);
+    zoom(camera, 1.5);
+    EXPECT_NEAR(zoomed(camera), 1.5, 1e-12);
+    const Box2 box{10, 20, 400, 300};
+    camera.aside = 0.25;
+    const auto [x, y] = project(camera, box, camera.focus);
+    EXPECT_NEAR(x, 10 + 200 - 0.25 * 200, 1e-9);
+    EXPECT_NEAR(y, 20 + 150, 1e-9);
+}
+
+TEST(Panel, GravityGoesWhereItsAnglesSay) {
+    PanelState state;
+    EXPECT_EQ(state.gravity, Vector(0, -9.81, 0));
+    turn_gravity(state, 90, 90);
+    EXPECT_LT((state.gravity - Vector(9.81, 0, 0)).norm(), 1e-12);
+    turn_gravity(state, 180, 30);
+    EXPECT_LT((state.gravity - Vector(0, 9.81, 0)).norm(), 1e-12);
+    for (const Vector& g : {Vector(1, 2, 3), Vector(-1, -2, 0.5), Vector(0, 0, -4), Vector(3, 0, -3)}) {
+        set_gravity(state, g);
+        EXPECT_EQ(state.gravity, g) << "to the bit: it may be the scene's";
+        turn_gravity(state, state.tilt, state.towards);
+        EXPECT_LT((state.gravity - g).norm(), 1e-12 * g.norm());
     }
 }
 
@@ -450,6 +543,16 @@ TEST(Session, PausesStepsAndTakesCommandsWhilePaused) {
     session.send(Tune{material(-1, 10)});
     ASSERT_TRUE(
         wait(session, [&](const Snapshot& s) { return s.message.find("mass") != std::string::npos; }));
+}
+
+TEST(Session, SaysHowAReplayEnded) {
+    Rig rig({sphere_scene(200)});
+    rig.apply(Gravity{{0, -5, 0}});
+    steps(rig, 20);
+    Session session(std::make_unique<Rig>(rig.recording()));
+    ASSERT_TRUE(wait(session, [](const Snapshot& s) {
+        return !s.replaying && s.message.find("same bits") != std::string::npos;
+    }));
 }
 
 TEST(Open, SaysWhatIsWrong) {

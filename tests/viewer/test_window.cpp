@@ -46,9 +46,9 @@ void settle(Window& window, double seconds) {
     EXPECT_TRUE(until(window, [&] { return window.snapshot().time >= from + seconds; }));
 }
 
-void press(Window& window, int key) {
-    window.key(key, true, 0);
-    window.key(key, false, 0);
+void press(Window& window, int key, int modifiers = 0) {
+    window.key(key, true, modifiers);
+    window.key(key, false, modifiers);
     window.frame();
 }
 
@@ -190,6 +190,16 @@ TEST(Window, ACapsuleDrawnOverTheBodyIsReplayedWithTheSameBits) {
     settle(window, 0.2);
     EXPECT_GT((window.snapshot().bodies[0].tools.at(0).pose().position - from).dot(window.camera().right()),
               0.1);
+    // With Shift the wheel turns it, here by a right angle: what lay across the picture stands up in it.
+    const auto axis = [&] {
+        return Vector(window.snapshot().bodies[0].tools.at(0).pose().rotation * Vector::UnitZ());
+    };
+    EXPECT_GT(std::abs(axis().dot(window.camera().right())), 0.99);
+    window.key(GLFW_KEY_LEFT_SHIFT, true, 0);
+    for (int n = 0; n < 9; ++n) window.scroll(1);
+    window.key(GLFW_KEY_LEFT_SHIFT, false, GLFW_MOD_SHIFT);
+    settle(window, 0.6);
+    EXPECT_GT(std::abs(axis().dot(window.camera().up())), 0.99);
     press(window, GLFW_KEY_F4);
     ASSERT_TRUE(until(window, [&] { return said(window, ".toml"); })) << window.message();
     press(window, GLFW_KEY_G);
@@ -314,6 +324,23 @@ TEST(Window, SchemesGravityAndTimeByKey) {
     ASSERT_TRUE(until(window, [&] { return window.snapshot().gravity.y() == -9.81; }));
     settle(window, 0.3);
     EXPECT_GT(window.snapshot().bodies[0].max_displacement, 1e-3);
+    // Gravity goes down in the picture from wherever that is taken.
+    window.mouse_move(30, 400);
+    window.mouse_button(GLFW_MOUSE_BUTTON_RIGHT, true, 0);
+    window.mouse_move(150, 300);
+    window.mouse_button(GLFW_MOUSE_BUTTON_RIGHT, false, 0);
+    press(window, GLFW_KEY_G, GLFW_MOD_SHIFT);
+    const Vector down = -9.81 * window.camera().up();
+    EXPECT_LT(down.y(), -1);
+    EXPECT_GT(std::hypot(down.x(), down.z()), 1);
+    ASSERT_TRUE(until(window, [&] { return (window.snapshot().gravity - down).norm() < 1e-9; }));
+    press(window, GLFW_KEY_G);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().gravity.isZero(0); }));
+    press(window, GLFW_KEY_G);
+    ASSERT_TRUE(until(window, [&] { return (window.snapshot().gravity - down).norm() < 1e-9; }));
+    for (int n = 0; n < 2; ++n) window.character('-');
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().speed < 1; })) << "slow motion";
+    window.character('+');
     press(window, GLFW_KEY_SPACE);
     ASSERT_TRUE(until(window, [&] { return window.snapshot().paused; }));
     const auto ticks = window.snapshot().ticks;
@@ -327,6 +354,34 @@ TEST(Window, SchemesGravityAndTimeByKey) {
     const Image help = window.keep_picture();
     window.character('?');
     EXPECT_GT(difference(help, window.keep_picture()), 5);
+}
+
+// At once, in the window and with the camera as it is: the same body at the same place in the end.
+TEST(Window, ASessionIsReplayedFromItsBeginning) {
+    NEED_DISPLAY();
+    Window window(showing("breast:vertices=400"));
+    window.frame();
+    EXPECT_TRUE(said(window, "all keys")) << "a newcomer is told what to do";
+    window.scroll(2);
+    press(window, GLFW_KEY_G);
+    point_at(window, facing(window));
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, true, 0);
+    EXPECT_FALSE(said(window, "all keys")) << "until something is done";
+    for (int n = 0; n < 5; ++n) {
+        const auto [x, y] = window.on_screen(facing(window));
+        window.mouse_move(x + 6 * n, y);
+        settle(window, 0.02);
+    }
+    window.mouse_button(GLFW_MOUSE_BUTTON_LEFT, false, 0);
+    press(window, GLFW_KEY_2);
+    settle(window, 0.1);
+    const Camera camera = window.camera();
+    press(window, GLFW_KEY_F6);
+    ASSERT_TRUE(until(window, [&] { return window.snapshot().replaying; }));
+    EXPECT_EQ(window.snapshot().bodies[0].scheme, Scheme::C) << "as it began";
+    ASSERT_TRUE(until(window, [&] { return said(window, "same bits"); })) << window.message();
+    EXPECT_EQ(window.snapshot().bodies[0].scheme, Scheme::B);
+    EXPECT_EQ(window.camera().distance, camera.distance);
 }
 
 // The panel's sliders stand somewhere in its column: one after another is dragged until E_s has changed.
@@ -517,6 +572,14 @@ TEST(Window, PlaysWhatWasSimulated) {
     EXPECT_NEAR(window.snapshot().bodies[0].max_displacement, summary.last.max_displacement, 1e-12);
     EXPECT_NEAR(window.snapshot().bodies[0].volume_variation_percent, summary.volume_variation_percent.final,
                 1e-9);
+    // Frame by frame, round and round.
+    press(window, GLFW_KEY_PERIOD);
+    const double first = window.snapshot().time;
+    press(window, GLFW_KEY_PERIOD);
+    const double second = window.snapshot().time;
+    press(window, GLFW_KEY_PERIOD);
+    EXPECT_NE(first, second);
+    EXPECT_NEAR(window.snapshot().time - second, second - first, 1e-9);
     EXPECT_GT(covered(window.keep_picture(), 0, 440, 60, 440), 0.1);
 }
 
@@ -528,16 +591,25 @@ TEST(Window, RemembersItsSizeAndCamera) {
     WindowOptions options = showing("sphere:vertices=200");
     options.remember = true;
     options.size = {{640, 480}};
-    options.camera = CameraOption{77, -11, 1};
-    { Window window(options); }
+    options.camera = CameraOption{77, -11, 1.7};
+    {
+        Window window(options);
+        glfwSetWindowPos(window.handle(), 60, 40);
+        window.frame();
+    }
     options.size.reset(), options.camera.reset();
     {
         Window window(options);
+        EXPECT_NEAR(zoomed(window.camera()), 1.7, 1e-9);
+        int x = 0, y = 0;
+        glfwGetWindowPos(window.handle(), &x, &y);
+        EXPECT_EQ(x, 60);
+        EXPECT_EQ(y, 40);
         EXPECT_EQ(window.camera().azimuth, 77);
         EXPECT_EQ(window.camera().elevation, -11);
         EXPECT_EQ(window.keep_picture().width, 640);
     }
-    write_whole(folder.path / "innerspring" / "viewer", "width banana\nheight -3\n");
+    write_whole(folder.path / "innerspring" / "viewer", "width banana\nheight -3\nx 1e9\ny 1e9\nzoom nan\n");
     { Window window(options); }
     setenv("XDG_CONFIG_HOME", before.c_str(), 1);
 }

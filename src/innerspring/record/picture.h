@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -33,6 +34,10 @@ struct PictureOptions {
 /// left out, values that are not finite drawn plain. Width and height are clamped to 16..8192.
 Image draw(Positions x, Triangles triangles, std::span<const double> values,
            const PictureOptions& options = {}, Positions frame = {});
+
+/// Who draws a picture: draw(), which works anywhere, or a program's own renderer in its place.
+using Painter = std::function<Image(Positions x, Triangles triangles, std::span<const double> values,
+                                    const PictureOptions& options, Positions frame)>;
 
 /// Pictures beside each other, top aligned.
 Image beside(std::span<const Image> images);

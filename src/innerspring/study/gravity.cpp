@@ -79,7 +79,7 @@ GravityStudy gravity_study(const Setting& s, const Responses& responses, std::ve
     return study;
 }
 
-Image gravity_picture(const Setting& s) {
+Image gravity_picture(const Setting& s, const Painter& paint) {
     const Loads loads{s.gravity, {}, {}};
     std::vector<std::vector<double>> displacement;
     std::vector<State> states;
@@ -105,7 +105,7 @@ Image gravity_picture(const Setting& s) {
         options.legend = "displacement [m]";
         options.high = high;
         images.push_back(
-            draw(states[n].x, s.body().rest.triangles, displacement[n], options, s.body().rest.positions));
+            paint(states[n].x, s.body().rest.triangles, displacement[n], options, s.body().rest.positions));
     }
     return beside(images);
 }

@@ -46,6 +46,6 @@ GravityStudy gravity_study(const Setting& setting, const Responses& responses,
                            std::vector<RefusedCentre> refused);
 
 /// Fig. 7: schemes B and C at rest under gravity, with one range of colours.
-Image gravity_picture(const Setting& setting);
+Image gravity_picture(const Setting& setting, const Painter& paint = draw);
 
 }  // namespace innerspring

@@ -108,7 +108,7 @@ StudyResults run_study(const Scene& scene, const StudyRun& run) {
         append(results.claims, claims_of(s, *results.gravity));
         append(figures, figures_of(s, *results.gravity));
         write_whole(run.directory / "gravity.csv", to_csv(*results.gravity));
-        if (run.pictures) write_whole(run.directory / "fig7.png", to_png(gravity_picture(s)));
+        if (run.pictures) write_whole(run.directory / "fig7.png", to_png(gravity_picture(s, run.paint)));
     }
     if (has(StudyKind::force)) {
         results.force = force_study(s, responses);

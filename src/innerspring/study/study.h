@@ -18,6 +18,7 @@ struct StudyRun {
     std::string arguments;            ///< mesh and options as given, for the commands in the report
     bool resume = false;              ///< take the cases that the directory has from a run that was stopped
     bool pictures = true;             ///< false: tables and numbers only, no report
+    Painter paint = draw;             ///< of the pictures
     int threads = 0;                  ///< 0: all cores; the results are the same bits
     std::function<void(const StudyProgress&)> progress = {};
     const std::atomic<bool>* stop = nullptr;

@@ -341,7 +341,7 @@ TruthResults run_truth(const Scene& scene, const TruthRun& run) {
     if (run.pictures) {
         if (std::string why = draw_figures(results.figures, run.directory, run.threads); !why.empty())
             results.warnings.push_back(std::move(why));
-        results.pictures = write_truth_pictures(shown, run.directory);
+        results.pictures = write_truth_pictures(shown, run.directory, run.paint);
     }
     write_whole(run.directory / "summary.json", to_json(results));
     if (run.pictures) write_whole(run.directory / "report.html", to_html(results, run.directory));

@@ -55,7 +55,8 @@ struct TruthRun {
     std::string arguments;            ///< mesh and options as given, for the report
     bool resume = false;              ///< take the elements' answers that the directory has
     bool pictures = true;
-    int threads = 0;  ///< 0: all cores; the same bytes
+    Painter paint = draw;  ///< of the pictures
+    int threads = 0;       ///< 0: all cores; the same bytes
     std::function<void(const StudyProgress&)> progress = {};
     const std::atomic<bool>* stop = nullptr;
 };

@@ -133,7 +133,7 @@ std::vector<Figure> truth_figures(const TruthResults& results, const std::vector
 }
 
 std::vector<std::string> write_truth_pictures(const std::vector<TruthShown>& shown,
-                                              const std::filesystem::path& directory) {
+                                              const std::filesystem::path& directory, const Painter& paint) {
     std::vector<std::string> names;
     for (const TruthShown& s : shown) {
         if (s.load->kind != TruthLoad::Kind::gravity && s.load->kind != TruthLoad::Kind::patch) continue;
@@ -154,7 +154,7 @@ std::vector<std::string> write_truth_pictures(const std::vector<TruthShown>& sho
             options.title = name + ", x" + fmt::format("{:.3g}", factor);
             options.legend = "displacement [m]";
             options.high = high;
-            images.push_back(draw(x, s.subject->mesh.triangles, length, options, q));
+            images.push_back(paint(x, s.subject->mesh.triangles, length, options, q));
         }
         names.push_back("truth_" + file_name(s.subject->name) + "_" + file_name(s.load->name) + ".png");
         write_whole(directory / names.back(), to_png(beside(images)));

@@ -17,6 +17,6 @@ std::vector<Figure> truth_figures(const TruthResults& results, const std::vector
 /// Gravity and the first patch on every mesh: the reference and the models side by side, displacements
 /// magnified, in the reference's range of colours. Returns the names of the files.
 std::vector<std::string> write_truth_pictures(const std::vector<TruthShown>& shown,
-                                              const std::filesystem::path& directory);
+                                              const std::filesystem::path& directory, const Painter& paint);
 
 }  // namespace innerspring
