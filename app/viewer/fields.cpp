@@ -77,8 +77,10 @@ void make_drawn(const BodySnapshot& body, ColourBy colour, Drawn& drawn) {
     if (colour == ColourBy::pressure && !s.K.empty()) {
         drawn.values.resize(n);
         for (std::size_t i = 0; i < n; ++i) {
-            const Vector home = body.frame.R * s.rest[i] + body.frame.t;
-            drawn.values[i] = s.K[i] * (home - drawn.x[i]).dot(drawn.normals[i]) / s.area[i];
+            const Vector u = body.frame.R * s.rest[i] + body.frame.t - drawn.x[i];
+            Vector pull = s.K[i] * u;
+            if (!s.N.empty()) pull += body.frame.R * (s.N[i] * Vector(body.frame.R.transpose() * u));
+            drawn.values[i] = pull.dot(drawn.normals[i]) / s.area[i];
         }
     }
 }

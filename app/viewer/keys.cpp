@@ -110,6 +110,9 @@ void Window::key(int key, bool down, int modifiers) {
         case GLFW_KEY_T:
             look.tetrahedra = !look.tetrahedra;
             break;
+        case GLFW_KEY_Y:
+            look.fibres = !look.fibres;
+            break;
         case GLFW_KEY_0:
             actions.fit = true;
             break;

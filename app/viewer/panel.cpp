@@ -193,6 +193,7 @@ void draw_look(PanelState& state) {
     ImGui::SameLine(), ImGui::Checkbox("ground", &look.ground);
     ImGui::Checkbox("homes", &look.homes);
     ImGui::SameLine(), ImGui::Checkbox("virtual tetrahedra", &look.tetrahedra);
+    ImGui::SameLine(), ImGui::Checkbox("fibres", &look.fibres);
 }
 
 void draw_help(PanelState& state, const Box2& box, double s) {
@@ -246,7 +247,7 @@ std::span<const Shortcut> shortcuts() {
         {"Backspace  Z", "reset; undo"},
         {"V", "next colours"},
         {"W  S", "edges; flat or smooth"},
-        {"O  T", "homes; virtual tetrahedra"},
+        {"O  T  Y", "homes; virtual tetrahedra; fibres"},
         {"0", "fit the body into the view"},
         {"F2  F3  F4  F5", "save picture, VTP, scene, session"},
         {"F6", "replay the session from its beginning"},

@@ -16,7 +16,7 @@ constexpr Rgba plain_colour = {0.80f, 0.62f, 0.54f, 1}, arrow_colour = {0.85f, 0
                tool_colour = {0.30f, 0.45f, 0.75f, 0.45f}, tool_edge_colour = {0.2f, 0.3f, 0.5f, 0.8f},
                pin_colour = {0.1f, 0.1f, 0.1f, 1}, wire_colour = {0, 0, 0, 0.35f},
                ground_colour = {0.45f, 0.47f, 0.50f, 0.55f}, home_colour = {0.9f, 0.3f, 0.1f, 0.9f},
-               tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f};
+               tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f}, fibre_colour = {0.1f, 0.05f, 0.15f, 0.8f};
 
 constexpr float see_through = 0.45f;  ///< opacity of a surface before what is inside
 
@@ -131,6 +131,7 @@ void Renderer::draw(std::size_t slot, const BodySnapshot& body, const Drawn& dra
         draw_springs(body, drawn, look);
         draw_surface(slot, body, drawn, look, range);
     }
+    if (look.fibres && !surface.fibre.empty()) draw_fibres(body, drawn);
     if (!body.pinned.empty()) {
         lines_.clear();
         for (Index i : body.pinned) {
@@ -237,6 +238,20 @@ void Renderer::draw_ground(const Surface& surface) {
                         {place({middle.x() + (along ? s : t), y, middle.z() + (along ? t : s)}), colour});
                 }
             }
+    }
+    draw_coloured(GL_LINES, lines_);
+}
+
+/// Each as long as the edges around it, just above the surface.
+void Renderer::draw_fibres(const BodySnapshot& body, const Drawn& drawn) {
+    const Surface& surface = *body.surface;
+    const std::size_t stride = 1 + drawn.x.size() / most_spokes;
+    lines_.clear();
+    for (std::size_t i = 0; i < drawn.x.size(); i += stride) {
+        const double size = 0.4 * surface.spacing[i] * std::sqrt(double(stride));
+        const Vector above = drawn.x[i] + 0.1 * surface.spacing[i] * drawn.normals[i],
+                     along = size * (body.frame.R * surface.fibre[i]);
+        for (const double end : {-1.0, 1.0}) lines_.push_back({place(above + end * along), fibre_colour});
     }
     draw_coloured(GL_LINES, lines_);
 }

@@ -11,6 +11,7 @@ struct Look {
     bool wireframe = false;   ///< the edges over the surface
     bool homes = false;       ///< home positions and the way to them, through the surface
     bool tetrahedra = false;  ///< the edges of the virtual tetrahedra, through the surface
+    bool fibres = true;       ///< of an anisotropic body, a line at each vertex along what is stiffest
     bool ground = true;       ///< a plane of squares below the body
 };
 
@@ -45,6 +46,7 @@ class Renderer {
                       const ValueRange& range);
     void draw_ground(const Surface& surface);
     void draw_springs(const BodySnapshot& body, const Drawn& drawn, const Look& look);
+    void draw_fibres(const BodySnapshot& body, const Drawn& drawn);
     void draw_arrow(const Vector& newton, const Vector& place, const BodySnapshot& body);
     void draw_hand(const Pull& pull, const BodySnapshot& body, const Camera& camera);
     void draw_tool(const TouchingTool& tool, const BodySnapshot& body);

@@ -54,7 +54,9 @@ std::shared_ptr<const Surface> surface_now(const Seen& from, const Surface* befo
         s = *before;  // other masses and springs only
     else
         s = surface_of(body.rest);
-    s.m = body.m, s.K = body.K, s.L = body.L;
+    s.m = body.m, s.K = body.K, s.L = body.L, s.N = body.N;
+    s.fibre.clear();
+    for (Index i = 0; i < body.N.size(); ++i) s.fibre.push_back(fibre_direction(body, i));
     s.centre = body.centre;
     s.mesh_version = from.mesh_version;
     return std::make_shared<const Surface>(std::move(s));

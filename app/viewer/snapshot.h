@@ -32,6 +32,8 @@ struct Surface {
     std::vector<double> m;        ///< [kg]
     std::vector<double> K;        ///< [N/m]
     std::vector<double> L;        ///< distance to the vertex's centre [m]
+    std::vector<Symmetric> N;     ///< of an anisotropic body: see Body::N; else empty
+    std::vector<Vector> fibre;    ///< and where it is stiffest [1], at rest
     Centre centre;
     Vector lower = Vector::Zero(), upper = Vector::Zero();  ///< box at rest [m]
     double radius = 1;                                      ///< volume radius R [m]

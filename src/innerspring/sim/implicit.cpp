@@ -437,11 +437,23 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
         const int most = near ? report.iterations + most_quick : most_quick;
         return descend(residual, rounding, std::min(options.max_iterations, most), report);
     };
-    if (near)
-        report.converged = touch(*contact, loads, goal, rounding, options.tolerance, report, quick) ||
-                           touch(*contact, loads, goal, rounding, options.tolerance, report, newton);
-    else
+    const auto meet = [&] {
+        return touch(*contact, loads, goal, rounding, options.tolerance, report, quick) ||
+               touch(*contact, loads, goal, rounding, options.tolerance, report, newton);
+    };
+    if (near) {
+        report.converged = meet();
+        // The first multiplier did not know of the tools; each new one takes over what the penalty carried.
+        for (int round = 0; round < 3 && volume_.term.hard(); ++round) {
+            const double P = volume_.pressure();
+            if (!(std::abs(P - volume_.lambda) > options.tolerance * std::abs(P))) break;
+            volume_.lambda = P;
+            evaluate(at_), ++report.iterations;
+            report.converged = meet();
+        }
+    } else {
         report.converged = quick(goal);
+    }
     // Phi at x^n is at least resting / 2. Never end above it, so that the energy never exceeds what the loads
     // and inertia bring.
     if (near && !contact->points().empty()) {

@@ -162,12 +162,12 @@ bool advance(const PackedStep& s, std::size_t first, std::size_t last, PackedSum
             // v' = (v + h (F/m - K/m u + g)) / (1 + h c/m),  u' = u + h v'
             const F inverse_m = S::load(c.inverse_m + lane);
             const F h_m = h * inverse_m;
-            F pull[3];
-            inner_pull<S, anisotropic>(s, slice, lane, h, u, pull);
+            F inner[3];
+            inner_pull<S, anisotropic>(s, slice, lane, h, u, inner);
             const F damp = one / (one + h * S::load(c.c_m + lane));
-            const F vx = (S::load(v.x + lane) + (h_m * fx - pull[0]) + hg[0]) * damp;
-            const F vy = (S::load(v.y + lane) + (h_m * fy - pull[1]) + hg[1]) * damp;
-            const F vz = (S::load(v.z + lane) + (h_m * fz - pull[2]) + hg[2]) * damp;
+            const F vx = (S::load(v.x + lane) + (h_m * fx - inner[0]) + hg[0]) * damp;
+            const F vy = (S::load(v.y + lane) + (h_m * fy - inner[1]) + hg[1]) * damp;
+            const F vz = (S::load(v.z + lane) + (h_m * fz - inner[2]) + hg[2]) * damp;
             S::store(v.x + lane, vx), S::store(v.y + lane, vy), S::store(v.z + lane, vz);
             if constexpr (sums != Sums::pressure) {
                 const F x = u[0] + h * vx, y = u[1] + h * vy, z = u[2] + h * vz;
