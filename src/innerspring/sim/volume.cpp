@@ -48,23 +48,21 @@ double VolumeTerm::find(const Field& x, Field& a, std::size_t first, std::size_t
     const Vector origin = x[0];
     double sum = 0;
     for (std::size_t i = first; i < last; ++i) {
-        // Two triangles at once: d_0 x d_1 + d_1 x d_2 = d_1 x (d_2 - d_0).
+        // The ring of neighbours by quadrangles, two ways across each:
+        //     6 a_i = sum over odd n of (x_{n+1} - x_0) x (x_{n+2} - x_n),   x_0 after the last.
         const Index* const fan = fan_.data() + body_.rows[i].first;
         const std::size_t count = body_.rows[i].count;
-        const Vector x_i = x[i], x_0 = x[fan[0]];
-        Vector area = Vector::Zero(), before = x_0;
-        std::size_t n = 1;
+        const Vector x_0 = x[fan[0]];
+        Vector area = Vector::Zero(), odd = x[fan[1]];
+        std::size_t n = 2;
         for (; n + 1 < count; n += 2) {
-            const Vector after = x[fan[n + 1]];
-            area += (x[fan[n]] - x_i).cross(after - before);
-            before = after;
+            const Vector next = x[fan[n + 1]];
+            area += (x[fan[n]] - x_0).cross(next - odd);
+            odd = next;
         }
-        if (n < count)
-            area += (x[fan[n]] - x_i).cross(x_0 - before);
-        else
-            area += (before - x_i).cross(x_0 - x_i);
-        a[i] = area / 6;
-        sum += (x_i - origin).dot(area);
+        if (n < count) area += (x[fan[n]] - x_0).cross(x_0 - odd);
+        a[i] = 1.0 / 6 * area;
+        sum += (x[i] - origin).dot(area);
     }
     return sum;
 }
