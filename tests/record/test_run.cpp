@@ -33,6 +33,11 @@ Scene pushed_sphere() {
     return scene;
 }
 
+/// Without plot and picture.
+RunOptions bare(const std::filesystem::path& directory, bool resume = false) {
+    return {.directory = directory, .resume = resume, .pictures = false};
+}
+
 std::string message(const auto& f) {
     try {
         f();
@@ -106,7 +111,7 @@ TEST(Run, AToolsForceIsInTheSeriesAndARunWithToolsResumes) {
     ball.path = {{0, 0, 0, 1.4, 1, 0, 0, 0}, {0.2, 0, 0, 1.1, 1, 0, 0, 0}};
     scene.tools.push_back(ball);
     TemporaryFolder whole("tool-whole"), parts("tool-parts");
-    const Summary s = run(scene, {.directory = whole.path, .pictures = false});
+    const Summary s = run(scene, bare(whole.path));
     EXPECT_EQ(s.failure, "");
     ASSERT_EQ(s.last.tool_force.size(), 1u);
     EXPECT_GT(s.last.tool_force[0].z(), 0.01);
@@ -116,9 +121,9 @@ TEST(Run, AToolsForceIsInTheSeriesAndARunWithToolsResumes) {
     EXPECT_NE(content(whole.path / "summary.json").find("tool_force_n"), std::string::npos);
     const double duration = scene.duration;
     scene.duration = duration / 2;
-    run(scene, {.directory = parts.path, .pictures = false});
+    run(scene, bare(parts.path));
     scene.duration = duration;
-    const Summary resumed = run(scene, {.directory = parts.path, .resume = true, .pictures = false});
+    const Summary resumed = run(scene, bare(parts.path, true));
     EXPECT_EQ(resumed.state_hash, s.state_hash);
     EXPECT_EQ(content(parts.path / "series.csv"), content(whole.path / "series.csv"));
 }
@@ -138,13 +143,13 @@ TEST(Run, ResumedRunsGiveTheSameBitsAsOnesThatWentOn) {
             scene.material.anisotropy.kind = Anisotropy::Kind::fibres;
             scene.material.anisotropy.along = 30, scene.material.anisotropy.direction = Vector(1, 2, 0);
         }
-        const Summary through = run(scene, {.directory = whole.path, .pictures = false});
+        const Summary through = run(scene, bare(whole.path));
         EXPECT_EQ(through.last.pressure != 0, poisson > 0);
         scene.duration = 0.11;
-        run(scene, {.directory = parts.path, .pictures = false});
+        run(scene, bare(parts.path));
         scene.duration = 0.3;
         scene.step.threads = 2;  // threads may change
-        const Summary resumed = run(scene, {.directory = parts.path, .resume = true, .pictures = false});
+        const Summary resumed = run(scene, bare(parts.path, true));
         EXPECT_EQ(through.state_hash, resumed.state_hash) << free << ' ' << poisson;
         EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
         EXPECT_EQ(content(whole.path / "frames.pvd"), content(parts.path / "frames.pvd"));
@@ -164,15 +169,15 @@ TEST(Run, RefinedRunsResumeToTheSameBits) {
         scene.forces[0].ramp = 0.02;
         scene.refine = {parse_refine("edge_share = 0.25"),
                         parse_refine("at = 0.08, near = [1, 0, 0], radius = 0.3, levels = 2")};
-        const Summary through = run(scene, {.directory = whole.path, .pictures = false});
+        const Summary through = run(scene, bare(whole.path));
         EXPECT_EQ(through.failure, "");
         EXPECT_GE(through.refinements, 3);  // for the force, at the time, and back after the force
         EXPECT_GT(through.vertices_last, 220u);
         for (double pause : {0.05, 0.11, 0.25}) {
             scene.duration = pause;
-            run(scene, {.directory = parts.path, .pictures = false});
+            run(scene, bare(parts.path));
             scene.duration = 0.3;
-            const Summary resumed = run(scene, {.directory = parts.path, .resume = true, .pictures = false});
+            const Summary resumed = run(scene, bare(parts.path, true));
             EXPECT_EQ(through.state_hash, resumed.state_hash) << pause;
             EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
             EXPECT_EQ(content(whole.path / "frames/frame_00000028.vtp"),
@@ -181,7 +186,7 @@ TEST(Run, RefinedRunsResumeToTheSameBits) {
         // Another scene's refinement is another scene.
         Scene other = scene;
         other.refine.pop_back();
-        EXPECT_THROW(run(other, {.directory = parts.path, .resume = true, .pictures = false}), InputError);
+        EXPECT_THROW(run(other, bare(parts.path, true)), InputError);
     }
 }
 
@@ -198,15 +203,15 @@ TEST(Run, RefinementFollowsAToolAndResumesToTheSameBits) {
                        "[0.2, 0.1, 0, 1.15], [0.25, 0.1, 0, 2]]")};
         scene.refine = {parse_refine("tool_share = 0.3")};
         scene.duration = 0.3;
-        const Summary through = run(scene, {.directory = whole.path, .pictures = false});
+        const Summary through = run(scene, bare(whole.path));
         EXPECT_EQ(through.failure, "");
         EXPECT_GE(through.refinements, 3);
         EXPECT_EQ(through.vertices_last, through.subject.vertices);
         for (double pause : {0.05, 0.13, 0.25}) {
             scene.duration = pause;
-            run(scene, {.directory = parts.path, .pictures = false});
+            run(scene, bare(parts.path));
             scene.duration = 0.3;
-            const Summary resumed = run(scene, {.directory = parts.path, .resume = true, .pictures = false});
+            const Summary resumed = run(scene, bare(parts.path, true));
             EXPECT_EQ(through.state_hash, resumed.state_hash) << pause;
             EXPECT_EQ(content(whole.path / "series.csv"), content(parts.path / "series.csv"));
         }
@@ -228,13 +233,13 @@ TEST(Run, RefinementFollowsAForceAndIsUndone) {
     EXPECT_GT(setup.body.vertices(), before + 20);
 
     scene.forces[0].end = 0.15;
-    const Summary s = run(scene, {.directory = folder.path, .pictures = false});
+    const Summary s = run(scene, bare(folder.path));
     EXPECT_GT(s.refinements, 1);
     EXPECT_EQ(s.vertices_last, before);
     scene.equilibrium = true;
     scene.forces[0] = pushed_sphere().forces[0];
     scene.forces[0].ramp = 0;
-    const Summary balance = run(scene, {.directory = folder.path, .pictures = false});
+    const Summary balance = run(scene, bare(folder.path));
     EXPECT_TRUE(balance.equilibrium_reached);
     EXPECT_GT(balance.vertices_last, before + 20);
 }
@@ -290,46 +295,32 @@ TEST(Run, ARunThatWasKilledAnywhereCanBeResumed) {
 TEST(Run, StoppingSavesAndResumesToTheSameBits) {
     TemporaryFolder whole("unstopped"), stopped("stopped");
     Scene scene = pushed_sphere();
-    const Summary through = run(scene, {.directory = whole.path, .pictures = false});
+    const Summary through = run(scene, bare(whole.path));
     const std::atomic<bool> now{true};
     const Summary early = run(scene, {.directory = stopped.path, .stop = &now, .pictures = false});
     EXPECT_TRUE(early.stopped);
     EXPECT_EQ(early.steps, 1u);
-    EXPECT_EQ(run(scene, {.directory = stopped.path, .resume = true, .pictures = false}).state_hash,
-              through.state_hash);
+    EXPECT_EQ(run(scene, bare(stopped.path, true)).state_hash, through.state_hash);
 }
 
 TEST(Run, ResumeRefusesWhatIsNotItsOwn) {
     TemporaryFolder folder("refuse");
     Scene scene = pushed_sphere();
-    EXPECT_NE(message([&] {
-                  run(scene, {.directory = folder.path, .resume = true, .pictures = false});
-              }).find("no saved state"),
+    EXPECT_NE(message([&] { run(scene, bare(folder.path, true)); }).find("no saved state"),
               std::string::npos);
-    run(scene, {.directory = folder.path, .pictures = false});
+    run(scene, bare(folder.path));
     Scene other = scene;
     other.material.young = 11;
-    EXPECT_NE(message([&] {
-                  run(other, {.directory = folder.path, .resume = true, .pictures = false});
-              }).find("another scene"),
-              std::string::npos);
+    EXPECT_NE(message([&] { run(other, bare(folder.path, true)); }).find("another scene"), std::string::npos);
     other = scene;
     other.mesh = "sphere:vertices=300";
-    EXPECT_NE(message([&] {
-                  run(other, {.directory = folder.path, .resume = true, .pictures = false});
-              }).find("state.bin"),
-              std::string::npos);
+    EXPECT_NE(message([&] { run(other, bare(folder.path, true)); }).find("state.bin"), std::string::npos);
     std::string bytes = content(folder.path / "state.bin");
     bytes[bytes.size() / 2] ^= 1;
     write_whole(folder.path / "state.bin", bytes);
-    EXPECT_NE(message([&] {
-                  run(scene, {.directory = folder.path, .resume = true, .pictures = false});
-              }).find("checksum"),
-              std::string::npos);
+    EXPECT_NE(message([&] { run(scene, bare(folder.path, true)); }).find("checksum"), std::string::npos);
     write_whole(folder.path / "state.bin", "nonsense");
-    EXPECT_NE(message([&] {
-                  run(scene, {.directory = folder.path, .resume = true, .pictures = false});
-              }).find("not a saved state"),
+    EXPECT_NE(message([&] { run(scene, bare(folder.path, true)); }).find("not a saved state"),
               std::string::npos);
 }
 
