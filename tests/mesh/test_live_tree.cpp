@@ -109,7 +109,9 @@ TEST(LiveTree, FindsWhatIsThereAfterAnyChanges) {
             for_each_near(
                 all.tree, [&](const Box& box) { return overlap(box, where); },
                 [&](Index i) {
-                    if (overlap(all.boxes[i], where)) EXPECT_TRUE(found.insert(i).second);
+                    if (overlap(all.boxes[i], where)) {
+ EXPECT_TRUE(found.insert(i).second);
+}
                 });
             EXPECT_EQ(found, all.in(where));
         }

@@ -85,7 +85,8 @@ VolumeStudy volume_study(const Setting& s, const Responses& responses) {
     VolumeStudy study;
     for (const double poisson : s.options.poisson)
         for (std::size_t n = 1; n <= s.force_groups.size() + 1; ++n) {
-            VolumeMean mean{.poisson = poisson, .deepest = n > s.force_groups.size()};
+            VolumeMean mean;
+            mean.poisson = poisson, mean.deepest = n > s.force_groups.size();
             for (const Index vertex : s.sampled) {
                 const Response& r = responses.at(volume_key(poisson, vertex));
                 const double group = mean.deepest ? r.force_n[n] / unit_n : s.force_groups[n - 1];
