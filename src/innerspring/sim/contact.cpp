@@ -209,8 +209,7 @@ void Contact::end(double dt) {
     report_.vertices.clear();
     for (Candidate& c : candidates_)
         if (c.normal > 0) report_.vertices.push_back({c.vertex, c.impulse / dt, c.normal / dt});
-    for (const Lone& l : lones_)
-        if (l.normal > 0) report_.vertices.push_back({l.vertex, l.impulse / dt, l.normal / dt});
+    report_lones(dt);
     for (ToolContact& t : report_.tools) t.force /= dt, t.torque /= dt;
 }
 

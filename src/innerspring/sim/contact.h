@@ -1,4 +1,5 @@
 #pragma once
+#include <bit>
 #include <limits>
 
 #include "innerspring/sim/contact_trees.h"
@@ -46,6 +47,7 @@ struct Candidate {
     Vector impulse = Vector::Zero();  ///< by all tools in this step of dt [N s]
     double normal = 0;                ///< its normal part [N s]
     Index at = no_index;              ///< its place
+    Vector home;                      ///< at rest [m]
     Index use = no_index;             ///< scratch
 };
 
@@ -107,39 +109,33 @@ class Contact {
         for (const auto& [vertex, tool] : found_) x_.push_back(x_of(vertex));
         for (const auto& [triangle, tool] : found_faces_)
             for (Index corner : body.rest.triangles[triangle]) x_.push_back(x_of(corner));
-        narrow(body, loads, motion.alone);
-        const auto place_of = [&](Index i) { return places.empty() ? i : places[i]; };
-        for (Lone& l : lones_) l.place = place_of(l.vertex);
-        for (Candidate& c : candidates_) c.at = place_of(c.vertex);
+        narrow(body, loads, motion.alone, places);
     }
 
     std::vector<Candidate>& candidates() { return candidates_; }
 
     /// One sub-step from `time` to time + h on the candidates, and on the vertices that only one tool may
-    /// meet. The caller says with look(vertex, place) where they are, and takes with give(vertex, place,
-    /// carried) what the tools made of it; `expect(vertex, place)`: it will be looked at soon.
-    template <class Expect, class Look, class Give>
-    void resolve(const Loads& loads, double time, double h, Expect&& expect, Look&& look, Give&& give) {
+    /// meet. The caller says with look(home, place) where a vertex is, home its position at rest [m], and
+    /// takes with give(home, place, carried) what the tools made of it.
+    template <class Look, class Give>
+    void resolve(const Loads& loads, double time, double h, Look&& look, Give&& give) {
         place_tools(loads, time, h);
         for (std::size_t first = 0, count; first < lones_.size(); first += count) {
             count = next_lones(first);
-            for (std::size_t n = first; n < first + count; ++n) {
-                const Lone& later = lones_[std::min(n + ahead, lones_.size() - 1)];
-                expect(later.vertex, later.place);
-                carried_[n - first] = look(lones_[n].vertex, lones_[n].place);
-            }
-            press_alone(loads.tools[lones_[first].tool], first, count, h);
+            const Lone* const lones = &lones_[first];
+            for (std::size_t n = 0; n < count; ++n) carried_[n] = look(lones[n].home, lones[n].place);
+            press_alone(loads.tools[lones->tool], first, count, h);
             for (std::size_t n = 0; n < count; ++n)
-                if (pressed_[n]) give(lones_[first + n].vertex, lones_[first + n].place, carried_[n]);
+                if (pressed_[n]) give(lones[n].home, lones[n].place, carried_[n]);
         }
         if (candidates_.empty()) return;
         for (Candidate& c : candidates_) {
-            const Carried at = look(c.vertex, c.at);
+            const Carried at = look(c.home, c.at);
             c.x = at.x, c.v = at.v;
         }
         resolve_coupled(loads, time, h);
         for (const Candidate& c : candidates_)
-            if (c.changed) give(c.vertex, c.at, {c.x, c.v});
+            if (c.changed) give(c.home, c.at, {c.x, c.v});
     }
 
     /// Its parts: finds where something would get into a tool, false if nowhere; finds the impulses, or more
@@ -206,9 +202,12 @@ class Contact {
     /// A vertex that no other tool and no face may meet: all of it is done in one place.
     struct Lone : Near {
         Index vertex, place;
-        double mass, inverse_mass;        ///< [kg]
+        double mass, inverse_mass;        ///< [kg], [1/kg]
+        Vector home;                      ///< at rest [m]
         Vector impulse = Vector::Zero();  ///< in this step of dt [N s]
+        Vector torque = Vector::Zero();   ///< of it about the tool's origin [N m s]
         double normal = 0;                ///< its normal part [N s]
+        double work = 0;                  ///< as ContactReport::work [J]
     };
     struct Met {
         Vector normal, surface;  ///< of the tool after the sub-step
@@ -236,12 +235,19 @@ class Contact {
     void reserve(std::size_t vertices);
     void mark(Index item) {
         const std::size_t word = item / 64;
+        if (word >= marks_.size()) marks_.resize(word + 1);
         marks_[word] |= std::uint64_t(1) << (item % 64);
         first_mark_ = std::min(first_mark_, word), last_mark_ = std::max(last_mark_, word);
     }
+    /// In the order of their numbers, whatever way the trees came to be as they are.
     template <class Take>
-    void take_marked(Take&& take);
-    void narrow(const Body& body, const Loads& loads, bool alone);
+    void take_marked(Take&& take) {
+        for (; first_mark_ <= last_mark_; ++first_mark_)
+            for (std::uint64_t& bits = marks_[first_mark_]; bits != 0; bits &= bits - 1)
+                take(Index(64 * first_mark_) + Index(std::countr_zero(bits)));
+        first_mark_ = std::numeric_limits<std::size_t>::max(), last_mark_ = 0;
+    }
+    void narrow(const Body& body, const Loads& loads, bool alone, std::span<const Index> places);
     void narrow_faces(const Body& body);
     bool find_close(double reach);
     double to_mesh(const DistanceField& mesh, Index i, Index tool, const Vector& local, double near);
@@ -252,6 +258,7 @@ class Contact {
     void press_alone(const Tool& tool, std::size_t first, std::size_t count, double h);
     template <class Meet>
     void press_each(const Tool& tool, std::size_t first, std::size_t count, double h, Meet&& meet);
+    void report_lones(double dt);
     void resolve_coupled(const Loads& loads, double time, double h);
     bool meet(const Tool& tool, const Near& near, const Carried& c, double h, Met& met);
     void meet(const Tool& tool, const VertexPair& pair, double h);
@@ -276,8 +283,9 @@ class Contact {
     std::vector<Candidate> candidates_;
     std::vector<ToolData> tools_;
     std::vector<VertexPair> pairs_;
-    std::vector<Lone> lones_;  ///< those of a tool together
-    static constexpr std::size_t ahead = 16, most_at_once = 32;
+    std::vector<Lone> lones_;     ///< those of a tool together, in the order of their places
+    std::vector<Index> pair_at_;  ///< per place: scratch
+    static constexpr std::size_t most_at_once = 32;
     std::array<Carried, most_at_once> carried_;
     std::array<bool, most_at_once> pressed_{};
     std::vector<FacePair> faces_;

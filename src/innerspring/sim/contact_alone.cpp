@@ -21,8 +21,6 @@ template <class Meet>
 void Contact::press_each(const Tool& tool, std::size_t first, std::size_t count, double h, Meet&& meet) {
     const Index k = lones_[first].tool;
     const ToolData& data = tools_[k];
-    Vector force = Vector::Zero(), torque = Vector::Zero();  // on the body
-    double work = 0;
     int points = 0;
     for (std::size_t at = 0; at < count; ++at) {
         Lone& l = lones_[first + at];
@@ -49,16 +47,27 @@ void Contact::press_each(const Tool& tool, std::size_t first, std::size_t count,
         c.x += depth * n;
         pressed_[at] = true;
         l.impulse += j, l.normal += jn;
-        force += j, torque += (before - data.now.t).cross(j);
+        l.torque += (before - data.now.t).cross(j);
         points += jn > 0;
         // As Contact::book().
-        work += std::abs(j.dot(c.v) - j.squaredNorm() * l.inverse_mass / 2) +
-                stiffness_ * l.mass * depth * (depth / 2 + displacement_);
+        l.work += std::abs(j.dot(c.v) - j.squaredNorm() * l.inverse_mass / 2) +
+                  stiffness_ * l.mass * depth * (depth / 2 + displacement_);
     }
-    ToolContact& felt = report_.tools[k];
-    felt.force -= force, felt.torque -= torque;
-    felt.points += points;
-    report_.work += work;
+    report_.tools[k].points += points;
+}
+
+/// After the step of dt, in the order of the vertices, wherever they lie.
+void Contact::report_lones(double dt) {
+    for (Index n = 0; n < lones_.size(); ++n)
+        if (lones_[n].normal > 0 || lones_[n].work > 0)
+            candidate_of_[lones_[n].vertex] = n, mark(lones_[n].vertex);
+    take_marked([&](Index i) {
+        const Lone& l = lones_[std::exchange(candidate_of_[i], no_index)];
+        ToolContact& felt = report_.tools[l.tool];
+        felt.force -= l.impulse, felt.torque -= l.torque;
+        report_.work += l.work;
+        if (l.normal > 0) report_.vertices.push_back({i, l.impulse / dt, l.normal / dt});
+    });
 }
 
 void Contact::press_alone(const Tool& tool, std::size_t first, std::size_t count, double h) {

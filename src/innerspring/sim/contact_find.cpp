@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "innerspring/sim/contact.h"
@@ -44,7 +43,8 @@ Contact::Placed Contact::placed(const Tool& tool, double time) {
 
 void Contact::reserve(std::size_t n) {
     if (found_.capacity() >= n) return;
-    n += n / 4;
+    n += n / 4 + 64;
+    marks_.resize(2 * n / 64 + 1), pair_at_.resize(n);
     // Pages that are not written to cost nothing.
     candidates_.reserve(n), found_.reserve(n), seen_.reserve(n), seen_before_.reserve(n), pairs_.reserve(n),
         lones_.reserve(n), points_.reserve(n), found_faces_.reserve(2 * n), faces_.reserve(4 * n),
@@ -62,15 +62,6 @@ void Contact::adapt(const Body& body, const SurfaceChange& surface, const BodyCh
     }
     candidate_of_.resize(body.vertices(), no_index), pinned_.resize(body.vertices(), false);
     reserve(body.vertices());
-}
-
-/// Items are taken in the order of their numbers, whatever way the trees came to be as they are.
-template <class Take>
-void Contact::take_marked(Take&& take) {
-    for (; first_mark_ <= last_mark_; ++first_mark_)
-        for (std::uint64_t& bits = marks_[first_mark_]; bits != 0; bits &= bits - 1)
-            take(Index(64 * first_mark_) + Index(std::countr_zero(bits)));
-    first_mark_ = std::numeric_limits<std::size_t>::max(), last_mark_ = 0;
 }
 
 /// What depends on the body and the tools only, where they are new.
@@ -159,7 +150,6 @@ void Contact::find(const Body& body, const Loads& loads, const Motion& motion, d
             const Vector apart = (middle.cwiseAbs() - half - axis.cwiseAbs()).cwiseMax(0);
             return apart.squaredNorm() <= (radius + reach) * (radius + reach);
         };
-        marks_.resize(body.rest.triangles.size() / 64 + 1);
         for_each_near(trees_.vertices, near, [&](Index i) { mark(i); });
         take_marked([&](Index i) { found_.push_back({i, k}); });
         const double coarse = data.fine_side;
@@ -265,7 +255,7 @@ void Contact::narrow_faces(const Body& body) {
 
 /// Of those the ones that are near where the body is now become candidates, or if nothing else can meet them
 /// and they may, lone.
-void Contact::narrow(const Body& body, const Loads& loads, bool alone) {
+void Contact::narrow(const Body& body, const Loads& loads, bool alone, std::span<const Index> places) {
     candidates_.clear(), pairs_.clear(), lones_.clear(), faces_.clear();
     seen_before_.swap(seen_);
     seen_.clear();
@@ -285,21 +275,40 @@ void Contact::narrow(const Body& body, const Loads& loads, bool alone) {
         candidate_of_[i] = candidate_of_[i] == no_index ? one_tool : many_tools;
     }
     narrow_faces(body);
+    const auto place_of = [&](Index i) { return places.empty() ? i : places[i]; };
     std::size_t coupled = 0;
-    for (const VertexPair& pair : pairs_) {
-        const Index n = pair.candidate, i = found_[n][0];
-        if (alone && candidate_of_[i] == one_tool) {
+    Index tool = 0;
+    const auto take_lones = [&] {
+        take_marked([&](Index place) {
+            const VertexPair& pair = pairs_[pair_at_[place]];
+            const Index i = found_[pair.candidate][0];
             const double m = mass(body, i);
-            lones_.push_back({pair, i, no_index, m, 1 / m});
+            lones_.push_back({pair, i, place, m, 1 / m, body.rest.positions[i]});
+        });
+    };
+    for (Index p = 0; p < pairs_.size(); ++p) {
+        const VertexPair& pair = pairs_[p];
+        const Index i = found_[pair.candidate][0];
+        if (pair.tool != tool) take_lones(), tool = pair.tool;
+        if (alone && candidate_of_[i] == one_tool) {
+            const Index place = place_of(i);
             candidate_of_[i] = no_index;
+            if (place >= pair_at_.size()) pair_at_.resize(place + 1);
+            pair_at_[place] = p;
+            mark(place);
             continue;
         }
-        const Index c = candidate(body, i);
-        candidates_[c].start = x_[n];
+        candidates_[candidate(body, i)].start = x_[pair.candidate];
+    }
+    take_lones();
+    for (const VertexPair& pair : pairs_) {
+        const Index n = pair.candidate, c = candidate_of_[found_[n][0]];
+        if (c >= unused) continue;  // lone
         pairs_[coupled] = pair;
         pairs_[coupled++].candidate = c;
     }
     pairs_.erase(pairs_.begin() + std::ptrdiff_t(coupled), pairs_.end());
+    for (Candidate& c : candidates_) c.at = place_of(c.vertex), c.home = body.rest.positions[c.vertex];
     report_.looked_at = pairs_.size() + lones_.size() + faces_.size();
     for (const Candidate& c : candidates_) candidate_of_[c.vertex] = no_index;
     for (const Pin& pin : loads.pins)

@@ -6,6 +6,7 @@
 #include <immintrin.h>
 #endif
 
+#include "innerspring/sim/packed_largest.h"
 #include "innerspring/sim/volume.h"
 
 namespace innerspring {
@@ -265,24 +266,6 @@ void adapt(Packed& p, const Body& body, const SurfaceChange& surface, const Body
 
 namespace {
 
-/// The largest squares of displacement and speed, by lane, so that the compiler may do them side by side.
-struct LaneSquares {
-    std::array<float, slice_width> u2{}, v2{};
-    void look_at(const Packed& p, std::size_t slice) {
-        const PackedRow* row = &p.rows[0][slice * slice_width];
-        const PackedVectors& v = p.v[slice];
-        for (std::size_t lane = 0; lane < slice_width; ++lane) {
-            const float* u = row[lane].u;
-            u2[lane] = std::max(u2[lane], u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
-            v2[lane] =
-                std::max(v2[lane], v.x[lane] * v.x[lane] + v.y[lane] * v.y[lane] + v.z[lane] * v.z[lane]);
-        }
-    }
-    std::array<float, 2> largest() const {
-        return {*std::max_element(u2.begin(), u2.end()), *std::max_element(v2.begin(), v2.end())};
-    }
-};
-
 void take_largest(const Packed& p, LargestMotion& largest) {
     std::array<float, 2> most{0, 0};
     for (const auto& [u2, v2] : largest.blocks) most = {std::max(most[0], u2), std::max(most[1], v2)};
@@ -300,7 +283,7 @@ void load(Packed& p, const Body& body, const State& state, Team& team, LargestMo
     if (largest) largest->blocks.assign(blocks_of(slices), {0, 0});
     each_block(p, blocks_of(slices), team, [&](std::size_t block) {
         const FlushDenormals flush;  // the kernel takes them as 0 too
-        LaneSquares most;
+        LargestSquares most;
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
              ++s) {
             for (std::size_t lane = 0; lane < slice_width; ++lane) {
@@ -316,9 +299,13 @@ void load(Packed& p, const Body& body, const State& state, Team& team, LargestMo
                 for (int axis = 0; axis < 3; ++axis) p.rows[0][place].u[axis] = float(u[axis]);
                 p.v[s].x[lane] = float(v.x()), p.v[s].y[lane] = float(v.y()), p.v[s].z[lane] = float(v.z());
             }
-            if (largest) most.look_at(p, s);
         }
-        if (largest) largest->blocks[block] = most.largest();
+        if (!largest) return;
+        // What was only just written in small pieces cannot be read in large ones without waiting for it.
+        for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
+             ++s)
+            most.look_at(p, s);
+        largest->blocks[block] = most.largest();
     });
     if (largest) take_largest(p, *largest);
 }
@@ -370,7 +357,7 @@ void find_largest(const Packed& p, Team& team, LargestMotion& largest) {
     const std::size_t slices = p.ranges.size(), blocks = blocks_of(slices);
     largest.blocks.assign(blocks, {0, 0});
     each_block(p, blocks, team, [&](std::size_t block) {
-        LaneSquares most;
+        LargestSquares most;
         for (std::size_t s = block * slices_per_block; s < std::min(slices, (block + 1) * slices_per_block);
              ++s)
             most.look_at(p, s);

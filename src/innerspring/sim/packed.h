@@ -68,19 +68,10 @@ Vector displacement(const Packed& packed, Index vertex);
 Vector displacement_before(const Packed& packed, Index vertex);
 Vector velocity(const Packed& packed, Index vertex);
 
-/// The same by place, for those who look often; and what is asked for ahead of that.
+/// The same by place, for those who look often.
 void place_at(Packed& packed, Index place, const Vector& displacement, const Vector& velocity);
 Vector displacement_before_at(const Packed& packed, Index place);
 Vector velocity_at(const Packed& packed, Index place);
-inline void expect(const Packed& packed, Index place) {
-    const std::size_t slice = place / slice_width, lane = place % slice_width;
-    const PackedVectors& v = packed.v[slice];
-    for (const void* line :
-         {static_cast<const void*>(&packed.rows[0][place]), static_cast<const void*>(&packed.rows[1][place]),
-          static_cast<const void*>(&v.x[lane]), static_cast<const void*>(&v.y[lane]),
-          static_cast<const void*>(&v.z[lane])})
-        __builtin_prefetch(line);
-}
 
 void find_largest(const Packed& packed, Team& team, LargestMotion& largest);
 

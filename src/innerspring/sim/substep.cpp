@@ -19,11 +19,11 @@ Index first_bad(const std::vector<Index>& blocks) {
 void touch(const Loads& loads, double time, double h, const std::vector<Vector>& x, std::vector<Vector>& v,
            std::vector<Vector>& x_out, Contact& contact) {
     contact.resolve(
-        loads, time, h, [](Index, Index) {},
-        [&](Index i, Index) -> Contact::Carried {
+        loads, time, h,
+        [&](const Vector&, Index i) -> Contact::Carried {
             return {x[i], v[i]};
         },
-        [&](Index i, Index, const Contact::Carried& c) {
+        [&](const Vector&, Index i, const Contact::Carried& c) {
             v[i] = c.v;
             x_out[i] = c.x;
         });
@@ -328,15 +328,11 @@ bool packed_substep(const Body& body, const Loads& loads, double time, double h,
     if (tools)
         w.contact.resolve(
             loads, time, h,
-            [&](Index i, Index place) {
-                __builtin_prefetch(&body.rest.positions[i]);
-                expect(p, place);
+            [&](const Vector& home, Index place) -> Contact::Carried {
+                return {home + displacement_before_at(p, place), velocity_at(p, place)};
             },
-            [&](Index i, Index place) -> Contact::Carried {
-                return {body.rest.positions[i] + displacement_before_at(p, place), velocity_at(p, place)};
-            },
-            [&](Index i, Index place, const Contact::Carried& c) {
-                place_at(p, place, c.x - body.rest.positions[i], c.v);
+            [&](const Vector& home, Index place, const Contact::Carried& c) {
+                place_at(p, place, c.x - home, c.v);
             });
     move_pins();
     return true;
