@@ -165,8 +165,9 @@ int run(const Arguments& a) {
                              : "the paper's experiments are about poisson = 0; leave --poisson "
                                "out (study volume compares other values, --nu chooses them)");
     if (a.body.anisotropy)
-        throw InputError("the studies are of isotropic bodies, but for the models that study truth knows of; "
-                         "leave --anisotropy out (simulate, estimate, view and haptic take it)");
+        throw InputError(
+            "the studies are of isotropic bodies, but for the models that study truth knows of; "
+            "leave --anisotropy out (simulate, estimate, view and haptic take it)");
     if (a.study == "truth") return run_truth(a);
     StudyRun study;
     study.kind = parse_study(a.study);

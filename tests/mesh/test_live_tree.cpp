@@ -110,8 +110,8 @@ TEST(LiveTree, FindsWhatIsThereAfterAnyChanges) {
                 all.tree, [&](const Box& box) { return overlap(box, where); },
                 [&](Index i) {
                     if (overlap(all.boxes[i], where)) {
- EXPECT_TRUE(found.insert(i).second);
-}
+                        EXPECT_TRUE(found.insert(i).second);
+                    }
                 });
             EXPECT_EQ(found, all.in(where));
         }
