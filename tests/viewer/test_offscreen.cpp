@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <numbers>
 
 #include "display.h"
@@ -119,6 +120,34 @@ TEST(Offscreen, PressureOfAShrunkSphere) {
     for (double p : drawn.values) EXPECT_NEAR(p, 10 * share, 0.03 * 10 * share);
     make_drawn(body, ColourBy::strain, drawn);
     for (double e : drawn.values) EXPECT_NEAR(e, 100 * ((1 - share) * (1 - share) - 1), 1e-3);
+}
+
+// Lines along what is stiffest, turned with a free body, and none where all directions are alike.
+TEST(Offscreen, FibresAreDrawnWhereThereAreAny) {
+    NEED_OPENGL();
+    for (const bool fibres : {false, true}) {
+        const auto rig = open_rig({{"sphere:vertices=600"}, [=](Scene& s) {
+                                       if (!fibres) return;
+                                       s.material.anisotropy.kind = Anisotropy::Kind::fibres;
+                                       s.material.anisotropy.along = 40;
+                                       s.material.anisotropy.direction = Vector(0, 1, 0);
+                                   }});
+        Snapshot snapshot = after(*rig, 0);
+        PictureRequest request = square(240);
+        request.look.ground = false;
+        PictureRequest without = request;
+        without.look.fibres = false;
+        const Image plain = Studio(without).picture(snapshot, {});
+        const Image lines = Studio(request).picture(snapshot, {});
+        if (!fibres) {
+            EXPECT_EQ(difference(plain, lines), 0);
+            continue;
+        }
+        EXPECT_GT(difference(plain, lines), 0.5);
+        snapshot.bodies[0].frame.R =
+            Eigen::AngleAxisd(std::numbers::pi / 2, Vector::UnitZ()).toRotationMatrix();
+        EXPECT_GT(difference(lines, Studio(request).picture(snapshot, {})), 0.5);
+    }
 }
 
 TEST(Offscreen, EveryShapeColourAndLookIsDrawn) {
