@@ -16,7 +16,7 @@ constexpr Rgba plain_colour = {0.80f, 0.62f, 0.54f, 1}, arrow_colour = {0.85f, 0
                tool_colour = {0.30f, 0.45f, 0.75f, 0.45f}, tool_edge_colour = {0.2f, 0.3f, 0.5f, 0.8f},
                pin_colour = {0.1f, 0.1f, 0.1f, 1}, wire_colour = {0, 0, 0, 0.35f},
                ground_colour = {0.45f, 0.47f, 0.50f, 0.55f}, home_colour = {0.9f, 0.3f, 0.1f, 0.9f},
-               tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f}, fibre_colour = {0.1f, 0.05f, 0.15f, 0.8f};
+               tetrahedra_colour = {0.15f, 0.25f, 0.45f, 0.5f}, fibre_colour = {1, 1, 1, 0.75f};
 
 constexpr float see_through = 0.45f;  ///< opacity of a surface before what is inside
 

@@ -288,9 +288,10 @@ TEST(Scene, EveryKeyIsRead) {
 }
 
 TEST(Scene, EmptyTextGivesTheDefaults) {
-    expect_same(scene_from_text("", "s.toml"), Scene{});
-    expect_same(scene_from_text("[material]\n[body]\n[simulation]\n", "s.toml"), Scene{});
-    expect_same(scene_from_text("\xEF\xBB\xBFmesh = 'sphere'\r\n", "s.toml"), Scene{});
+    const Scene defaults;
+    expect_same(scene_from_text("", "s.toml"), defaults);
+    expect_same(scene_from_text("[material]\n[body]\n[simulation]\n", "s.toml"), defaults);
+    expect_same(scene_from_text("\xEF\xBB\xBFmesh = 'sphere'\r\n", "s.toml"), defaults);
 }
 
 TEST(Scene, ATissueIsLoadedFirstAndOverridden) {
