@@ -49,6 +49,10 @@ struct LargestMotion {
     std::vector<std::array<float, 2>> blocks;  ///< squares, in units of Packed
     double displacement = 0, speed = 0;
 };
+/// The volume term's arrays, and the volume from which it counts: for pack() and adapt(), once the rest is
+/// there.
+void prepare_volume(Packed& packed, const Body& body);
+
 /// The motion in and out, rounded to single precision on the way in. `largest`: as find_largest(), if asked
 /// for.
 void load(Packed& packed, const Body& body, const State& state, Team& team, LargestMotion* largest = nullptr);
