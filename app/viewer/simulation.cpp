@@ -149,7 +149,12 @@ void Simulation::act(const Command& command) {
         const auto near = triangles_near(now_.body.rest, fine->near, fine->radius);
         if (now_.body.rest.triangles.size() + 3 * near.size() > most_triangles)
             throw InputError(fmt::format("more than {} triangles are too many to play with", most_triangles));
-        adapted(refine(now_.body, history(), now_.state, near));
+        try {
+            adapted(refine(now_.body, history(), now_.state, near));
+        } catch (const InputError&) {  // refused: the triangles may stand in another order
+            renew_workspace();
+            throw;
+        }
     } else if (const auto* coarse = std::get_if<CoarsenNear>(&command)) {
         adapted(
             coarsen(now_.body, history(), now_.state, [&](const Vector& a, const Vector& b, const Vector& c) {
