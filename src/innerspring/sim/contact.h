@@ -91,6 +91,7 @@ class Contact {
         double least = 0;                  ///< n . v' is at least this [m/s]
         double inverse_mass = 0, jn = 0;
         Vector jt = Vector::Zero();
+        double radius = 0;                ///< of the ball that a face or side lies on [m]
         bool sticks = false;              ///< friction holds it
         bool fresh = true, known = true;  ///< of press(): new; whether jn is known well enough for friction
     };

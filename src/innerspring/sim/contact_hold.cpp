@@ -15,11 +15,12 @@ constexpr double firm = 3;
 }  // namespace
 
 void ContactHold::reserve(std::size_t vertices) {
-    single_.reserve(vertices), sliding_.reserve(vertices), uses_.reserve(vertices);
+    single_.reserve(vertices), uses_.reserve(vertices);
+    now_.sliding.reserve(vertices), kept_.sliding.reserve(vertices);
 }
 
 void ContactHold::take(const Contact& contact, std::span<const Candidate> candidates, double h) {
-    release();
+    clear();
     uses_.assign(candidates.size(), 0);
     for (const Contact::Point& p : contact.points())
         if (p.jn > 0)
@@ -35,9 +36,10 @@ void ContactHold::take(const Contact& contact, std::span<const Candidate> candid
             square += weights[n] * weights[n];
         }
         if (const double most = p.jt.norm() / h; !p.sticks && most > 0) {
-            sliding_.push_back({vertices, weights, p.count, p.normal, p.jt / h, p.x + h * p.velocity, most,
-                                firm / (h * h * p.inverse_mass), Vector::Zero()});
+            now_.sliding.push_back({vertices, weights, p.count, p.normal, p.jt / h, p.x + h * p.velocity,
+                                    most, firm / (h * h * p.inverse_mass), Vector::Zero()});
         }
+        if (p.radius > 0 && p.known) take_slope(p, candidates, h);
         if (p.count == 1 && uses_[p.corners[0]] == 1) {
             single_.push_back({vertices[0], p.sticks, p.normal});
             continue;
@@ -52,6 +54,31 @@ void ContactHold::take(const Contact& contact, std::span<const Candidate> candid
         rows_.push_back(row);
     }
     if (!rows_.empty()) factorize();
+}
+
+/// grad w_k = n x (the side across from k) / twice the area; along a side ab, grad w_b = (b - a) / |b - a|^2.
+void ContactHold::take_slope(const Contact::Point& p, std::span<const Candidate> candidates, double h) {
+    Slope slope{{}, {}, p.normal, p.jn / h * p.radius};
+    std::array<Vector, 3> y;  // in the plane
+    for (int k = 0; k < 3; ++k) {
+        const Candidate& c = candidates[p.corners[k]];
+        if (c.inverse_mass == 0) return;  // held by a pin
+        slope.vertices[k] = c.vertex, slope.gradients[k] = Vector::Zero();
+        y[k] = c.x - p.normal.dot(c.x) * p.normal;
+    }
+    const auto none = std::find(p.weights.begin(), p.weights.end(), 0.0);
+    if (none == p.weights.end()) {
+        const double area = p.normal.dot((y[1] - y[0]).cross(y[2] - y[0]));
+        if (!(std::abs(area) > 1e-3 * (y[1] - y[0]).norm() * (y[2] - y[0]).norm())) return;
+        for (int k = 0; k < 3; ++k)
+            slope.gradients[k] = p.normal.cross(y[(k + 2) % 3] - y[(k + 1) % 3]) / area;
+    } else {
+        const std::size_t k = std::size_t(none - p.weights.begin()), a = (k + 1) % 3, b = (k + 2) % 3;
+        const Vector side = y[b] - y[a];
+        if (!(side.squaredNorm() > 0)) return;
+        slope.gradients[b] = side / side.squaredNorm(), slope.gradients[a] = -slope.gradients[b];
+    }
+    now_.slopes.push_back(slope);
 }
 
 /// C C^T of the coupled rows, which need not be independent: with a little on the diagonal.
@@ -92,25 +119,42 @@ Vector ContactHold::pull_at(const Sliding& s, const Field& x) {
     return s.force - s.stiffness * (by - s.normal.dot(by) * s.normal);
 }
 
-double ContactHold::add_friction(const Field& x, Field& g) const {
+Vector ContactHold::Slope::at(const Field& x) const {
+    Vector t = Vector::Zero();
+    for (int k = 0; k < 3; ++k) t += normal.dot(x[vertices[k]]) * gradients[k];
+    return t;
+}
+
+double ContactHold::Energies::add_gradient(const Field& x, Field* g) const {
     double value = 0;
-    for (const Sliding& s : sliding_) {
+    for (const Slope& s : slopes) {
+        const Vector t = s.at(x);
+        value += s.stiffness / 2 * t.squaredNorm();
+        for (int k = 0; g && k < 3; ++k)
+            (*g)[s.vertices[k]] += s.stiffness * s.gradients[k].dot(t) * s.normal;
+    }
+    for (const Sliding& s : sliding) {
         Vector f = pull_at(s, x);
         const double size = f.norm(), left = std::min(size, s.most);
         value += left * (size - left / 2) / s.stiffness;
         if (size > s.most) f *= s.most / size;
-        for (int n = 0; n < s.count; ++n) g[s.vertices[n]] -= s.weights[n] * f;
+        for (int n = 0; g && n < s.count; ++n) (*g)[s.vertices[n]] -= s.weights[n] * f;
     }
     return value;
 }
 
 void ContactHold::linearise(const Field& x) {
-    for (Sliding& s : sliding_) s.pull = pull_at(s, x);
+    for (Sliding& s : now_.sliding) s.pull = pull_at(s, x);
 }
 
-double ContactHold::multiply_friction(const Field& p, Field& q) const {
+double ContactHold::multiply(const Field& p, Field& q) const {
     double sum = 0;
-    for (const Sliding& s : sliding_) {
+    for (const Slope& s : now_.slopes) {
+        const Vector t = s.at(p);
+        sum += s.stiffness * t.squaredNorm();
+        for (int k = 0; k < 3; ++k) q[s.vertices[k]] += s.stiffness * s.gradients[k].dot(t) * s.normal;
+    }
+    for (const Sliding& s : now_.sliding) {
         Vector by = Vector::Zero();
         for (int n = 0; n < s.count; ++n) by += s.weights[n] * p[s.vertices[n]];
         by -= s.normal.dot(by) * s.normal;

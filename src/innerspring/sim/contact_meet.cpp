@@ -180,6 +180,7 @@ void Contact::meet(const FacePair& pair, double h) {
     // Corners are vertices and looked at as such, against the same ball.
     if (radius > 0 && *std::max_element(p.weights.begin(), p.weights.end()) == 1) return;
     p.surface = s1 + radius * p.normal;
+    if (side0 >= -touch_) p.radius = radius;
     points_.push_back(p);
     add(points_.back(), touching, h);
 }

@@ -20,6 +20,9 @@ constexpr int most_quick = 40;
 /// Of touch().
 constexpr int most_rounds = 15;
 
+/// Of the way to a minimum, before none of it is gone.
+constexpr double least_share = 0.2;
+
 double dot(const std::vector<Vector>& a, const std::vector<Vector>& b) {
     double sum = 0;
     for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
@@ -36,8 +39,8 @@ ImplicitSolver::ImplicitSolver(const Body& body, double h)
 
 void ImplicitSolver::resize() {
     const std::size_t n = body_.vertices();
-    for (Field* field :
-         {&target_, &start_, &z_, &velocity_, &direction_, &q_, &at_.x, &at_.g, &trial_.x, &trial_.g})
+    for (Field* field : {&target_, &start_, &z_, &velocity_, &direction_, &q_, &at_.x, &at_.g, &trial_.x,
+                         &trial_.g, &from_.x, &end_})
         field->resize(n);
     external_.assign(n, Vector::Zero());
     still_.reserve(n), hold_.reserve(n);
@@ -111,7 +114,7 @@ double ImplicitSolver::evaluate(const Field& x, Field& g) {
     double total = value.total() + constant / 2 + add_deviation(body_, frame, x, is_pinned_, g, team);
     if (volume_.term.active()) total += volume_.add_gradient(x, is_pinned_, g, team);
     if (!hold_.empty()) {
-        total += hold_.add_friction(x, g);
+        total += hold_.add_gradient(x, g);
         hold_.project(g);
     }
     if (volume_.term.active() || !hold_.empty() || !body_.N.empty()) gradient2_ = dot(g, g);
@@ -143,7 +146,7 @@ double ImplicitSolver::multiply(const Field& p, Field& q) {
     pq += multiply_deviation(body_, frame_, p, is_pinned_, q, *team_);
     if (motion_) pq += motion_->add_to(p, is_pinned_, q);
     if (volume_.term.active()) pq += volume_.add_product(p, is_pinned_, q, *team_);
-    pq += hold_.multiply_friction(p, q);
+    pq += hold_.multiply(p, q);
     hold_.project(q);
     return pq;
 }
@@ -309,7 +312,7 @@ template <class Minimise>
 bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, double rounding,
                            double tolerance, StepReport& report, Minimise&& minimise) {
     auto& candidates = contact.candidates();
-    for (int round = 0; round < most_rounds; ++round) {
+    const auto press = [&] {
         // Each touched vertex by itself, against no less than its neighbours resist with.
         for (Candidate& c : candidates) {
             double D = d_[c.vertex] + (stiffest_ - 1) * body_.K[c.vertex];
@@ -320,32 +323,53 @@ bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, do
         }
         const bool more = contact.approach(loads, h_);
         contact.press(loads);
-        double change2 = 0;
-        still_ = is_pinned_;
-        for (const Candidate& c : candidates) {
-            if (!c.changed || c.inverse_mass == 0) continue;
-            const Vector x = c.x + h_ * c.v;
-            change2 += ((x - at_.x[c.vertex]) / (h_ * h_ * c.inverse_mass)).squaredNorm();
-            at_.x[c.vertex] = x;
-            still_[c.vertex] = true;
-        }
-        if (round > 0) {
-            // What the tools press with is among the forces of the step; friction that waits is a change.
-            double force2 = 0, waits2 = 0;
-            for (const Contact::Point& p : contact.points()) {
-                force2 += (p.jn * p.jn + p.jt.squaredNorm()) / (h_ * h_);
-                if (!p.known) waits2 += std::pow(loads.tools[p.tool].friction * p.jn / h_, 2);
+        return more;
+    };
+    for (int round = 0; round < most_rounds; ++round) {
+        // The minimum of the round before may lie behind points that were not held. If putting it back leaves
+        // more energy than that round began with, less of the way is gone.
+        const bool first = round == 0;
+        double share = 1;
+        if (!first) end_ = at_.x;
+        while (true) {
+            const bool more = press();
+            double change2 = 0;
+            still_ = is_pinned_;
+            for (const Candidate& c : candidates) {
+                if (!c.changed || c.inverse_mass == 0) continue;
+                const Vector x = c.x + h_ * c.v;
+                change2 += ((x - at_.x[c.vertex]) / (h_ * h_ * c.inverse_mass)).squaredNorm();
+                at_.x[c.vertex] = x;
+                still_[c.vertex] = true;
             }
-            goal = std::max(goal, tolerance * std::sqrt(force2));
-            if (!more && std::sqrt(change2 + waits2) <= goal) return true;
+            if (!first && share == 1) {
+                // What the tools press with is among the forces of the step; friction that waits is a change.
+                double force2 = 0, waits2 = 0;
+                for (const Contact::Point& p : contact.points()) {
+                    force2 += (p.jn * p.jn + p.jt.squaredNorm()) / (h_ * h_);
+                    if (!p.known) waits2 += std::pow(loads.tools[p.tool].friction * p.jn / h_, 2);
+                }
+                goal = std::max(goal, tolerance * std::sqrt(force2));
+                if (!more && std::sqrt(change2 + waits2) <= goal) return true;
+            }
+            hold_.take(contact, candidates, h_);
+            if (first && contact.points().empty() && !body_.free && pinned_.empty()) settle_translation();
+            if (change2 > 0 || !hold_.empty()) evaluate(at_), ++report.iterations;
+            // By the same energies as there; with more points to keep to it may well be more.
+            const double noise = 1e-12 * std::abs(from_.value) + volume_.noise(),
+                         now = at_.value + hold_.kept_less_now(at_.x);
+            if (first || more || !(now > from_.value + noise) || share == 0) break;
+            share = share > least_share ? share / 2 : 0;
+            for (std::size_t i = 0; i < end_.size(); ++i)
+                at_.x[i] = from_.x[i] + share * (end_[i] - from_.x[i]);
+            hold_.release();
+            evaluate(at_), ++report.iterations;
         }
-        hold_.take(contact, candidates, h_);
-        if (round == 0 && contact.points().empty() && !body_.free && pinned_.empty()) settle_translation();
-        if (change2 > 0 || !hold_.empty()) evaluate(at_), ++report.iterations;
+        hold_.keep();
+        from_.x = at_.x, from_.value = at_.value;
         // At least one step, so that what is left does not stay for ever.
         const bool done = minimise(
-            round > 0 ? goal
-                      : std::clamp(at_.residual / 2, rounding, std::max(goal, tolerance * at_.residual)));
+            first ? std::clamp(at_.residual / 2, rounding, std::max(goal, tolerance * at_.residual)) : goal);
         report.residual = at_.residual;
         if (!hold_.empty()) {
             hold_.release();
@@ -366,6 +390,7 @@ StepReport ImplicitSolver::step(const Loads& loads, const StepOptions& options, 
     const double time = state.time + h_;
     add_loads(loads, time, external_);
 
+    hold_.clear();
     start_ = state.x;
     double load2 = 0, momentum2 = 0, resting = 0, rounding2 = 0;
     for (std::size_t i = 0; i < n; ++i) {

@@ -29,7 +29,9 @@ namespace innerspring {
 /// Tools add n . x >= b at the points that meet them, and Coulomb friction (ours, in the manner of Moré &
 /// Toraldo 1991): rounds of a projected step of every touched vertex by itself, with its neighbours held,
 /// which says what presses, sticks and slides and with which forces; then the minimum over the motions these
-/// leave; until a round changes nothing beyond the tolerance.
+/// leave; until a round changes nothing beyond the tolerance. No round ends above the one before: of a
+/// minimum that lies behind other points only so much of the way is gone that, put back before them, less is
+/// left.
 class ImplicitSolver : private Minimand {
   public:
     ImplicitSolver(const Body& body, double h);
@@ -93,6 +95,8 @@ class ImplicitSolver : private Minimand {
     Team* team_ = nullptr;
     double gradient2_ = 0;  ///< of the last evaluate() [N^2]
     Point at_, trial_;
+    Point from_;  ///< where a round of touch() began; its x and value
+    Field end_;   ///< and where it ended
     std::vector<Pair> pairs_;
     std::size_t kept_ = 0, next_ = 0;  ///< pairs in use, and where the next goes
 };
