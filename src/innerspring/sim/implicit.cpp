@@ -20,6 +20,9 @@ constexpr int most_quick = 40;
 /// Of touch().
 constexpr int most_rounds = 15;
 
+/// Rounds after which sticking and sliding are taken to go to and fro.
+constexpr int cycles_from = 5;
+
 /// Of the way to a minimum, before none of it is gone.
 constexpr double least_share = 0.2;
 
@@ -355,10 +358,12 @@ bool ImplicitSolver::touch(Contact& contact, const Loads& loads, double goal, do
             hold_.take(contact, candidates, h_);
             if (first && contact.points().empty() && !body_.free && pinned_.empty()) settle_translation();
             if (change2 > 0 || !hold_.empty()) evaluate(at_), ++report.iterations;
-            // By the same energies as there; with more points to keep to it may well be more.
+            // By the same energies as there; with more points to keep to it may well be more. Sticking and
+            // sliding may go to and fro with no energy to tell: halfway between.
             const double noise = 1e-12 * std::abs(from_.value) + volume_.noise(),
                          now = at_.value + hold_.kept_less_now(at_.x);
-            if (first || more || !(now > from_.value + noise) || share == 0) break;
+            const bool cycles = round >= cycles_from && share == 1;
+            if (first || more || share == 0 || !(now > from_.value + noise || cycles)) break;
             share = share > least_share ? share / 2 : 0;
             for (std::size_t i = 0; i < end_.size(); ++i)
                 at_.x[i] = from_.x[i] + share * (end_[i] - from_.x[i]);
