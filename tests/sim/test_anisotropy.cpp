@@ -33,6 +33,7 @@ TEST(Anisotropy, GravityTranslatesTheSphere) {
     for (const auto& [name, a] : anisotropies()) {
         if (name != "straight fibres" && name != "orthotropic") continue;
         for (double poisson : {0.0, 0.3}) {
+            if (INNERSPRING_SANITIZED && poisson == 0) continue;
             BodyRecipe recipe;
             recipe.anisotropy = a, recipe.poisson = poisson;
             const Body body = make_sphere("sphere:vertices=600,irregularity=3,seed=1", recipe);
@@ -172,7 +173,7 @@ TEST(Anisotropy, AFreeBodyKeepsItsMomenta) {
             options.integrator = Integrator::symplectic;
             Workspace workspace(body, options);
             const double energy = internal_energy(body, state);
-            for (int n = 0; n < 200; ++n) {
+            for (int n = 0; n < (INNERSPRING_SANITIZED ? 30 : 200); ++n) {
                 ASSERT_EQ(step(body, no_loads(), state, workspace).not_finite, no_index);
                 ASSERT_LT(internal_energy(body, state), 1.3 * energy) << name;
             }
@@ -232,7 +233,7 @@ TEST(Anisotropy, EquilibriumIsWhereStepsComeToRest) {
                 for (int n = 0; n < 20; ++n) step(body, loads, state, workspace);
                 EXPECT_LT(distance(state, still), 1e-6) << name << free << to_string(integrator);
             }
-            if (free) continue;  // swings for long
+            if (free || INNERSPRING_SANITIZED) continue;  // swings for long; takes long
             State state = rest_state(body);
             StepOptions options;
             options.integrator = Integrator::implicit, options.dt = 0.05, options.tolerance = 1e-6;
