@@ -270,7 +270,7 @@ TEST(Volume, SameBitsForAnyNumberOfThreadsAndKernel) {
 // to nothing over the whole surface. It feels more than without.
 TEST(Volume, AToolFeelsTheSpringsAndThePressure) {
     for (const Way& way : ways) {
-        if (way.free) continue;
+        if (way.free || (INNERSPRING_SANITIZED && way.integrator == Integrator::implicit)) continue;
         std::vector<double> felt;
         for (double nu : {0.0, 0.4, 0.5}) {
             const Body body = sphere(nu, "icosphere:vertices=642");
@@ -330,6 +330,7 @@ TEST(Volume, RefinementKeepsVolumeAndPressure) {
 // does.
 TEST(Volume, ABodyOnAFloorRestsForAMinute) {
     for (double nu : {0.0, 0.45, 0.5}) {
+        if (INNERSPRING_SANITIZED && nu < 0.5) continue;
         BodyRecipe recipe;
         recipe.free = true, recipe.poisson = nu, recipe.young = 100, recipe.surface = 10;
         const Body body = make_body("icosphere:vertices=162", recipe);
