@@ -44,8 +44,9 @@ struct StudyResults {
 /// Runs the studies on the scene's mesh, material, centre and gravity (its scheme, forces and Poisson's ratio
 /// play no part) and writes into the directory: summary.json, report.html, a CSV, SVG and PNG for each
 /// figure, CSVs of all rows and of displacements over time, and cases.txt for resuming. The same scene and
-/// options give the same bytes, whatever the threads and whether or not stopped in between. Throws InputError
-/// for bad input, RunError for a blow-up or a file that cannot be written.
+/// options give the same bytes, whatever the threads and whether or not stopped in between; pictures as far
+/// as the painter does. Throws InputError for bad input, RunError for a blow-up or a file that cannot be
+/// written.
 StudyResults run_study(const Scene& scene, const StudyRun& run);
 
 /// "innerspring study refinement sphere -o DIR": what shows a claim or figure again.

@@ -76,8 +76,9 @@ struct TruthResults {
 };
 
 /// Runs the comparison and writes summary.json, truth.csv, a CSV, SVG and PNG per figure, pictures,
-/// report.html, and truth_cases.txt for resuming. The same scene and options give the same bytes. Throws
-/// InputError for bad input, RunError if tetgen is missing or something fails.
+/// report.html, and truth_cases.txt for resuming. The same scene and options give the same bytes;
+/// pictures as far as the painter does. Throws InputError for bad input, RunError if tetgen is missing or
+/// something fails.
 TruthResults run_truth(const Scene& scene, const TruthRun& run);
 
 std::string to_json(const TruthResults& results);
