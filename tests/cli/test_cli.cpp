@@ -46,6 +46,11 @@ nlohmann::json json(const std::string& arguments) {
     return nlohmann::json::parse(out.text);
 }
 
+/// What an OpenGL driver leaves behind is not ours; the tests of the study and of the window watch the rest.
+void ignore_the_drivers_leaks() {
+    ::setenv("ASAN_OPTIONS", "detect_leaks=0", 0);
+}
+
 /// Every key path of `expected` exists in `actual`.
 void expect_keys(const nlohmann::json& actual, const std::vector<std::string>& pointers) {
     for (const std::string& p : pointers) EXPECT_TRUE(actual.contains(nlohmann::json::json_pointer(p))) << p;
@@ -214,6 +219,7 @@ TEST(Cli, RefineWritesAClosedSurfaceAndItsMap) {
 }
 
 TEST(Cli, StudyWritesItsReportAndResumesOnlyItself) {
+    ignore_the_drivers_leaks();  // of Fig. 7's pictures
     const TemporaryFolder folder("cli-study");
     const std::string out = "-o " + folder.path.string();
     const auto all = json("study all sphere:vertices=150 --quick --json --vertices 2 " + out);
@@ -382,8 +388,7 @@ TEST(Cli, HapticRecordingOutlivesAKill) {
 TEST(Cli, HapticDrawsThePictureOfTheEnd) {
     TemporaryFolder folder("cli-felt");
     const std::string file = folder.path / "felt.png";
-    // What the OpenGL driver leaves behind is not ours.
-    ::setenv("ASAN_OPTIONS", "detect_leaks=0", 0);
+    ignore_the_drivers_leaks();
     const Output out = innerspring(
         fmt::format("haptic sphere:vertices=300 --lockstep --duration 1 --screenshot {} --size 640x400",
                     file),

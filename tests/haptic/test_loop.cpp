@@ -36,6 +36,7 @@ TEST(Touch, TangentStiffnessIsTheSlopeOfTheForce) {
                           Case{"icosphere:vertices=10242", 1, 0.5, 0.1, 0.15},
                           Case{"icosphere:vertices=2562", 1, 0.3, 0.2, 0.25},
                           Case{"sphere:vertices=1000,irregularity=3,seed=1", 0.2, 0.4, 0.2, 0.25}}) {
+        if (INNERSPRING_SANITIZED && c.surface != 0.2) continue;  // the fine ones
         BodyRecipe recipe;
         recipe.surface = c.surface;
         const Body body = make_sphere(c.shape, recipe);

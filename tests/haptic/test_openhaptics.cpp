@@ -252,11 +252,13 @@ TEST_F(OpenHaptics, ASchedulerThatStopsCallingIsStartedAgain) {
 TEST_F(OpenHaptics, TheServoRunsInTheSchedulerAndPushes) {
     ASSERT_EQ(complaint(), "");
     Servo servo(*device, quick());
+    const double k_c = servo.gains().stiffness, settled = 0.003 * 300 * k_c / (300 + k_c);
     {
         Wall wall(servo);
         ServoThread thread(*device, servo, false);
         thread.start();
-        EXPECT_TRUE(within(5, [&] { return stub.get("force") > 0.65; })) << stub.get("force");
+        EXPECT_TRUE(within(5, [&] { return std::abs(stub.get("force") - settled) < 1e-7; }))
+            << stub.get("force");
         thread.stop();
     }
     EXPECT_EQ(stub.get("force"), 0);  // nothing is left behind
@@ -264,8 +266,7 @@ TEST_F(OpenHaptics, TheServoRunsInTheSchedulerAndPushes) {
     EXPECT_EQ(stub.get("wrong_thread"), 0);
     EXPECT_GT(servo.statistics().ticks, 30u);
     EXPECT_EQ(servo.statistics().faults, 0u);
-    const double k_c = servo.gains().stiffness;
-    EXPECT_NEAR(servo.statistics().force_max, 0.003 * 300 * k_c / (300 + k_c), 1e-6);
+    EXPECT_NEAR(servo.statistics().force_max, settled, 1e-6);
     device->close();
 }
 

@@ -160,7 +160,7 @@ TEST(Volume, AHardOneKeepsItsVolumeInEveryStep) {
         EXPECT_EQ(workspace.precision(), way.precision);
         State state = rest_state(body);
         double worst = 0, fastest = 0;
-        for (int n = 0; n < (single ? 80 : 150); ++n) {
+        for (int n = 0; n < (INNERSPRING_SANITIZED ? 40 : single ? 80 : 150); ++n) {
             const StepReport report = step(body, loads, state, workspace);
             ASSERT_EQ(report.not_finite, no_index) << way.name;
             worst = std::max(worst, std::abs(change(body, state)));
@@ -345,7 +345,7 @@ TEST(Volume, ABodyOnAFloorRestsForAMinute) {
         const HomeFrame home = home_frame(body, state.x, team);
         const Vector weight = body.material.mass * loads.gravity;
         double fastest = 0, drift = 0, roll = 0, off = 0;
-        for (int n = 0; n < (INNERSPRING_SANITIZED ? 600 : 6000); ++n) {
+        for (int n = 0; n < (INNERSPRING_SANITIZED ? 300 : 6000); ++n) {
             step(body, loads, state, workspace);
             for (std::size_t i = 0; i < body.vertices(); ++i)
                 fastest = std::max(fastest, state.v[i].norm()),

@@ -9,6 +9,7 @@
 #include "offscreen.h"
 #include "pictures.h"
 #include "support/bodies.h"
+#include "support/sanitized.h"
 #include "window.h"
 
 // A body in the hand, with the window beside.
@@ -95,8 +96,8 @@ TEST(Feeling, TheWindowShowsHandBodyAndReportWhileTheyRun) {
     const FeltHand felt = *window.snapshot().felt;
     const auto [x, y] = window.on_screen(felt.proxy);
     EXPECT_GT(marks(window.keep_picture(), x, y, 40), 20);
-    // The device is at or below the proxy: pulled by the coupling towards where the hand wants to be.
-    EXPECT_LT((felt.device - felt.proxy).norm(), 0.2);
+    // The proxy is near the device; the slower the body's steps, the further behind.
+    EXPECT_LT((felt.device - felt.proxy).norm(), INNERSPRING_SANITIZED ? 1 : 0.2);
     EXPECT_GT(felt.force.z(), 0);
     ASSERT_EQ(window.snapshot().bodies[0].tools.size(), 1u);
     EXPECT_LT((window.snapshot().bodies[0].tools[0].pose().position - window.snapshot().felt->proxy).norm(),

@@ -8,6 +8,7 @@
 #include "open.h"
 #include "panel.h"
 #include "session.h"
+#include "support/sanitized.h"
 
 using namespace innerspring;
 using namespace innerspring::viewer;
@@ -332,7 +333,7 @@ TEST(Simulation, TheSceneItSavesHasTheToolsWhereTheyAre) {
 TEST(Capture, TheForceActsWhereTheToolTouches) {
     const SurfaceMesh ball = make_shape("icosphere:vertices=642");
     for (const char* shape : {"ball", "capsule", "plane", "mesh"}) {
-        Scene scene = sphere_scene(1500);
+        Scene scene = sphere_scene(INNERSPRING_SANITIZED ? 400 : 1500);
         SceneTool tool;
         tool.name = shape;
         tool.at = Vector(0, 0, 1.2);

@@ -98,7 +98,7 @@ class SpaceNavigator final : public PointedDevice {
     VendorLibrary library_{"SpaceNavigator"};
     int (*open_)() = nullptr;
     int (*close_)() = nullptr;
-    int (*poll_)(Event*) = nullptr;
+    int (*poll_)(void*) = nullptr;  ///< of an Event
     std::atomic<bool> quit_{false};
     std::thread thread_;
 };
