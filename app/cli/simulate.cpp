@@ -130,7 +130,7 @@ Command add_simulate(CLI::App& program) {
                   "go on from the state saved in DIR, to a longer --duration if given");
     add_output_options(*app, a->output);
     app->footer(
-        "Writes summary.json, series.csv, frames.pvd with frames/*.vtp (open in ParaView), volume.svg, "
-        "picture.png and scene.resolved.toml.");
+        "Writes summary.json, series.csv, frames.pvd with frames/*.vtp (open in ParaView), volume.svg (not "
+        "with --equilibrium), picture.png and scene.resolved.toml.");
     return {app, [a] { return run(*a); }};
 }

@@ -28,6 +28,8 @@ Scene scene_of(const std::string& what, const std::function<void(Scene&)>& adjus
     for (SceneTool& tool : scene.tools)
         if (!tool.mesh.empty() && !is_shape(tool.mesh))
             tool.mesh = std::filesystem::absolute(tool.mesh, ignored).string();
+    if (std::string& device = scene.haptic.device; device.starts_with("replay:"))
+        device = "replay:" + std::filesystem::absolute(device.substr(7), ignored).string();
     if (std::string& field = scene.material.anisotropy.file; !field.empty())
         field = std::filesystem::absolute(field, ignored).string();
     // What was adjusted must hold as much as what a file says.

@@ -66,6 +66,7 @@ Simulation::Simulation(const Scene& scene) : scene_(scene) {
     notes_ = std::move(setup.notes);
     now_.body = std::move(setup.body);
     now_.loads = std::move(setup.loads);
+    now_.scene_pins = now_.loads.pins.size();
     now_.state = rest_state(now_.body);
     if (!setup.refine.empty()) now_.refiner.emplace(now_.body, std::move(setup.refine));
     renew_workspace();
@@ -172,6 +173,7 @@ void Simulation::act(const Command& command) {
         if (!added.vertices.empty()) now_.loads.pins.push_back(std::move(added));
     } else if (std::holds_alternative<Unpin>(command)) {
         now_.loads.pins.clear();
+        now_.scene_pins = 0;
     } else if (std::holds_alternative<Reset>(command)) {
         now_ = *start_;
         failure_.clear();
@@ -337,15 +339,14 @@ Scene Simulation::scene() const {
     scene.material = now_.body.material;
     scene.scheme = now_.body.scheme;
     scene.gravity = now_.loads.gravity;
-    // Pins beyond the scene's own were set by hand; their vertices are named by place, which survives
-    // refinement.
-    for (std::size_t n = scene_.pins.size(); n < now_.loads.pins.size(); ++n)
+    // Vertices pinned by hand are named by place, which survives refinement.
+    if (now_.scene_pins == 0) scene.pins.clear();
+    for (std::size_t n = now_.scene_pins; n < now_.loads.pins.size(); ++n)
         for (Index i : now_.loads.pins[n].vertices) {
             ScenePin pin;
             pin.near = now_.body.rest.positions[i];
             scene.pins.push_back(pin);
         }
-    if (now_.loads.pins.size() < scene_.pins.size()) scene.pins.clear();
     if (const Tool* tool = hand_tool()) {
         const Pose pose = pose_at(*tool, now_.state.time);
         SceneTool kept;

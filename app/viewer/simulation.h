@@ -68,6 +68,7 @@ class Simulation {
         std::optional<Subdivision> history;  ///< from the first refinement by hand
         std::optional<Refiner> refiner;      ///< of a scene with refinement rules
         Hand hand;
+        std::size_t scene_pins = 0;  ///< how many of the pins are the scene's; others were set by hand
     };
 
     void act(const Command& command);

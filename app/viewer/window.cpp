@@ -357,7 +357,7 @@ std::filesystem::path Window::free_name(const char* extension) const {
     for (int n = 1;; ++n) {
         const auto file = options_.save / fmt::format("innerspring-{}.{}", n, extension);
         std::error_code ignored;
-        if (!std::filesystem::exists(file, ignored) || n == 9999) return file;
+        if (!std::filesystem::exists(file, ignored)) return file;
     }
 }
 

@@ -178,6 +178,8 @@ TEST(Anisotropy, WhatIsNoMaterialIsRefused) {
     refused(straight_fibres(-1, 10, Vector::UnitX()), "-1 Pa");
     refused(straight_fibres(NAN, 10, Vector::UnitX()), "positive");
     refused(straight_fibres(10, 0, Vector::UnitX()), "positive");
+    refused(straight_fibres(2e9, 10, Vector::UnitX()), "times apart");
+    refused(orthotropic({1, 1e17, 1}, Eigen::Matrix3d::Identity()), "times apart");
     refused(straight_fibres(20, 10, Vector::Zero()), "direction");
     refused(straight_fibres(20, 10, Vector(NAN, 0, 1)), "direction");
     refused(orthotropic({1, 2, INFINITY}, Eigen::Matrix3d::Identity()), "positive");

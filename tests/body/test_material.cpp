@@ -90,6 +90,16 @@ TEST(Resolve, MakesMassAndSurfaceConcrete) {
     EXPECT_EQ(same.surface, 1);
 }
 
+TEST(Resolve, AlmostAHalfIsAHalf) {
+    Material m;
+    for (const double nu : {0.499996, 0.4999999, 0.5 - 1e-15}) {
+        m.poisson = nu;
+        EXPECT_EQ(resolve(m, 1).poisson, 0.5) << nu;
+    }
+    m.poisson = 0.49999;
+    EXPECT_EQ(resolve(m, 1).poisson, 0.49999);
+}
+
 TEST(Resolve, RefusesWhatIsNotPhysical) {
     const double nan = std::numeric_limits<double>::quiet_NaN(),
                  inf = std::numeric_limits<double>::infinity();

@@ -23,6 +23,11 @@ TEST(Fibres, CsvIsReadByItsHeadings) {
     EXPECT_EQ(s.directions[0], Vector(1, 2, 3));
     EXPECT_EQ(s.places[1], Vector(4, 5, 6));
     EXPECT_EQ(s.directions[1], Vector(-1, 0, 0));
+    // As spreadsheets write it.
+    const FibreSamples other = fibres_from_csv(
+        "\xEF\xBB\xBFx_m,y_m,z_m,fibre_x,fibre_y,fibre_z\r\n+1,-2,+3e0,0,+0.5,1\r\n", "f.csv");
+    EXPECT_EQ(other.places[0], Vector(1, -2, 3));
+    EXPECT_EQ(other.directions[0], Vector(0, 0.5, 1));
 }
 
 TEST(Fibres, WhatIsNoFieldIsRefusedWithItsLine) {
@@ -33,6 +38,7 @@ TEST(Fibres, WhatIsNoFieldIsRefusedWithItsLine) {
         {head, "no fibre"},
         {head + "1,2,3,0,0,1\n1,2,3,0,0\n", "f.csv:3"},
         {head + "1,2,3,0,x,1\n", "f.csv:2: column 'fibre_y'"},
+        {head + "1,2,+-3,0,0,1\n", "f.csv:2: column 'z_m'"},
         {head + "1,2,inf,0,0,1\n", "f.csv:2: column 'z_m'"},
         {head + "1,2,3,0,0,0\n", "f.csv:2: the fibre has no"}};
     for (const auto& [text, part] : wrong) {

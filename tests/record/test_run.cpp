@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 
 #include "innerspring/mesh/error.h"
 #include "innerspring/mesh/shapes.h"
@@ -315,6 +316,21 @@ TEST(Run, ResumeRefusesWhatIsNotItsOwn) {
     other = scene;
     other.mesh = "sphere:vertices=300";
     EXPECT_NE(message([&] { run(other, bare(folder.path, true)); }).find("state.bin"), std::string::npos);
+    // What a file it names holds counts as well.
+    const TemporaryFolder fibres("refuse-fibres");
+    const auto field = [&](const char* direction) {
+        std::ofstream(fibres.path / "f.csv")
+            << "x_m,y_m,z_m,fibre_x,fibre_y,fibre_z\n0,0,0," << direction << '\n';
+    };
+    other = scene;
+    other.material.anisotropy = parse_directions("kind = 'fibres', along_pa = 30, field = '" +
+                                                 (fibres.path / "f.csv").string() + "'");
+    field("1,0,0");
+    run(other, bare(fibres.path));
+    run(other, bare(fibres.path, true));
+    field("0,1,0");
+    EXPECT_NE(message([&] { run(other, bare(fibres.path, true)); }).find("files that have changed"),
+              std::string::npos);
     std::string bytes = content(folder.path / "state.bin");
     bytes[bytes.size() / 2] ^= 1;
     write_whole(folder.path / "state.bin", bytes);

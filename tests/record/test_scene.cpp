@@ -727,11 +727,13 @@ TEST(Scene, AnisotropyIsReadWrittenAndRefused) {
     EXPECT_EQ(a.along, 9000);
     EXPECT_EQ(a.pitch_deg, 33);
     for (const char* text :
-         {"kind = \"radial\"", "radial", "kind = \"isotropic\"",
+         {"kind = \"radial\"", "radial", " radial ", "kind = \"isotropic\"",
           "kind = \"fibres\", along_pa = 3, direction = [0, 1, 7e-3]",
           "kind = \"fibres\", along_pa = 3, outward = [0, 1, 0.1]",
           "kind = \"fibres\", along_pa = 3, field = \"a b.csv\"",
           "kind = \"orthotropic\", moduli_pa = [1, 2, 3.3], axes = [[3, 1, 0], [-1, 3, 0]]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3], axes = [[1e200, 0, 0], [0, 1e200, 0]]",
+          "kind = \"orthotropic\", moduli_pa = [1, 2, 3], axes = [[1e-200, 0, 0], [0, 1e-200, 0]]",
           "kind = \"orthotropic\", moduli_pa = [1, 2, 3]"}) {
         Scene scene;
         scene.material.anisotropy = parse_directions(text);

@@ -134,6 +134,25 @@ TEST(Equilibrium, LargeLoadsConvergeOrSaySo) {
     EXPECT_EQ(reached, cases);
 }
 
+// Loads and stiffnesses at the ends of the numbers: balanced in finite numbers, or nothing is said to be.
+TEST(Equilibrium, BeyondTheNumbersNothingIsReached) {
+    const auto claim = [](const Body& body, const Loads& loads) {
+        State state = rest_state(body);
+        const bool reached = solve_equilibrium(body, loads, state).reached;
+        for (const Vector& x : state.x) EXPECT_TRUE(x.allFinite());
+        return reached;
+    };
+    const Body body = make_body("sphere:vertices=200");
+    EXPECT_FALSE(claim(body, one_force(point_force(3, {1e160, 0, 0}))));
+    Loads heavy = gravity_only();
+    heavy.gravity = {0, 1e200, 0};
+    EXPECT_FALSE(claim(body, heavy));
+    BodyRecipe soft;
+    soft.young = 1e-300;
+    EXPECT_FALSE(claim(make_body("sphere:vertices=200", soft), gravity_only()));
+    EXPECT_TRUE(claim(body, gravity_only()));
+}
+
 // Where no part of the net is compressed much, refining the mesh takes no more iterations.
 TEST(Equilibrium, IterationsDoNotGrowWithTheMesh) {
     for (const double newton : {0.01, -1e-3}) {  // a pull, and a push too light to wrinkle any of the nets

@@ -419,6 +419,40 @@ TEST(Simulation, TheSceneItSavesGivesTheSameBody) {
     }
 }
 
+// Whatever was let go and pinned again, and undone.
+TEST(Simulation, TheSceneItSavesHasThePinsThatAre) {
+    Scene scene = sphere_scene();
+    for (const Vector& at : {Vector(1, 0, 0), Vector(-1, 0, 0)}) scene.pins.emplace_back().near = at;
+    Simulation body(scene);
+    const auto pinned = [](const Simulation& s) {
+        std::vector<Index> all;
+        for (const Pin& pin : s.loads().pins) all.insert(all.end(), pin.vertices.begin(), pin.vertices.end());
+        std::sort(all.begin(), all.end());
+        return all;
+    };
+    const auto expect_saved = [&](std::size_t count) {
+        const Simulation again(scene_from_text(to_toml(body.scene()), "saved"));
+        EXPECT_EQ(pinned(body).size(), count);
+        EXPECT_EQ(pinned(again), pinned(body));
+    };
+    expect_saved(2);
+    body.apply(PinAt{{{0, 1, 0}}});
+    expect_saved(3);
+    body.apply(Unpin{});
+    expect_saved(0);
+    for (const Vector& at : {Vector(0, 0, 1), Vector(0, 0, -1), Vector(0, -1, 0)}) {
+        body.apply(PinAt{{at}});
+        expect_saved(pinned(body).size());
+    }
+    for (const std::size_t count : {2, 1, 0, 3}) {
+        body.apply(Undo{});
+        expect_saved(count);
+    }
+    body.apply(Unpin{});
+    body.apply(Reset{});
+    expect_saved(2);
+}
+
 TEST(Camera, ARayThroughWhereAPointIsSeenMeetsIt) {
     Camera camera;
     fit(camera, {-1, -2, -3}, {4, 2, 1});

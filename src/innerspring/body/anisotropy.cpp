@@ -14,6 +14,9 @@ namespace innerspring {
 
 namespace {
 
+/// The largest modulus over the least.
+constexpr double most_apart = 1e8;
+
 constexpr std::array<std::string_view, 4> names{"isotropic", "radial", "fibres", "orthotropic"};
 
 /// Towards the vertex's centre, of any length: where each has its own, against the normal that is exact on
@@ -145,10 +148,16 @@ void resolve_anisotropy(Material& material) {
         const Vector third = a.axes.col(0).cross(a.axes.col(1));
         a.axes.col(2) = third.dot(a.axes.col(2)) < 0 ? Vector(-third) : third;
     }
-    for (const double E : moduli(material))
+    const Vector D = moduli(material);
+    for (const double E : D)
         if (!(E > 0 && std::isfinite(E)))
             throw InputError(fmt::format("anisotropy ({}): a modulus is {:g} Pa; all must be positive",
                                          to_string(a.kind), E));
+    // The least is what is left of the mean and the deviation: of its 16 digits half.
+    if (!(D.maxCoeff() / D.minCoeff() <= most_apart))
+        throw InputError(
+            fmt::format("anisotropy ({}): moduli of {:g} and {:g} Pa are more than {:g} times apart",
+                        to_string(a.kind), D.minCoeff(), D.maxCoeff(), most_apart));
 }
 
 Vector fibre_direction(const Body& body, Index i) {

@@ -71,8 +71,8 @@ bool isotropic(const Material& material);
 /// All moduli that are given times `by`: for another E with the same proportions.
 void scale_moduli(Anisotropy& anisotropy, double by);
 
-/// Checks and puts in order: `across` is given, directions are of length 1. Throws InputError naming the
-/// modulus that is not positive, or the direction that is none.
+/// Checks and puts in order: `across` is given, directions are of length 1. Throws InputError for a modulus
+/// that is not positive, moduli more than 1e8 times apart, or a direction that is none.
 void resolve_anisotropy(Material& material);
 
 /// The direction of the fibre, towards the centre, or of the stiffest axis [1], in the frame at rest; zero

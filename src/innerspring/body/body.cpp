@@ -196,6 +196,11 @@ Body build_body(SurfaceMesh mesh, const Material& material, const BodyOptions& o
 
     const double N = double(body.vertices()), M = body.material.mass, E = mean_modulus(body.material);
     for (double K : d.K) body.stiffness_sum += E * K;
+    if (!std::isfinite(3 * body.stiffness_sum))
+        throw InputError(fmt::format(
+            "{}: young (E) of {:g} Pa: the springs' sum is beyond the numbers; check the unit and "
+            "the material",
+            body.rest.name, E));
     for (auto* list : {&body.m, &body.K, &body.c}) list->reserve(body.vertices());
     for (std::size_t i = 0; i < body.vertices(); ++i) {
         body.m.push_back(options.scheme == Scheme::A ? M / N : M * d.m[i]);

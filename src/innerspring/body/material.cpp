@@ -35,6 +35,8 @@ Material resolve(const Material& material, double volume_m3) {
     positive(r.young, "young (E)", "Pa");
     if (!(r.poisson >= 0 && r.poisson <= 0.5))
         throw InputError(fmt::format("poisson (nu) is {:g}; it must be from 0 to 0.5", r.poisson));
+    // Nearer to 1/2 rounding of V times kappa would be the pressure.
+    if (1 - 2 * r.poisson < 1e-5) r.poisson = 0.5;
     resolve_anisotropy(r);
     if (material.surface_ratio) {
         not_negative(*material.surface_ratio, "surface ratio (E_s / E R)", "");

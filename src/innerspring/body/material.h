@@ -17,8 +17,9 @@ struct Material {
         1;  ///< E_s, modulus times thickness of the surface [N/m]; >= 0. The paper's "1 N/m^2" is read so.
     std::optional<double> surface_ratio;  ///< E_s / (E R); takes the place of surface when given. The paper's
                                           ///< constants make it 0.1.
-    double damping = 1;     ///< zeta of each vertex on its inner spring [1]; 1 is critical, 0 none
-    double poisson = 0;     ///< nu, 0 (the paper) to 0.5 (the volume does not change); see bulk_modulus()
+    double damping = 1;  ///< zeta of each vertex on its inner spring [1]; 1 is critical, 0 none
+    double poisson =
+        0;  ///< nu, 0 (the paper) to 0.5 (no change of volume), from 0.499995 on 0.5; see bulk_modulus()
     Anisotropy anisotropy;  ///< of the inner volume; where it is, E of the groups is mean_modulus()
 };
 

@@ -24,6 +24,10 @@ void tune(Body& body, const Material& material, Scheme scheme) {
     }
     double sum = 0;
     for (double& K_i : K) sum += (K_i *= mean_modulus(resolved));
+    if (!std::isfinite(3 * sum))
+        throw InputError(fmt::format(
+            "{}: young (E) of {:g} Pa: the springs' sum is beyond the numbers; check the material",
+            body.rest.name, mean_modulus(resolved)));
     for (std::size_t i = 0; i < n; ++i) {
         m[i] = resolved.mass * (scheme == Scheme::A ? 1 / double(n) : m[i]);
         if (scheme != Scheme::C) K[i] = sum / double(n);

@@ -26,8 +26,8 @@ void take_out(LiveTree& tree, Index item);
 /// Item `from` is now item `to`, which was taken out.
 void rename(LiveTree& tree, Index from, Index to);
 
-/// Whether the tree should rather be built anew: its leaves cover twice what they did, or it grew so deep
-/// that a search could run out of stack.
+/// Whether the tree should rather be built anew: its leaves cover four times what they did, or it grew so
+/// deep that a search could run out of stack.
 inline bool degraded(const LiveTree& tree) {
     return tree.leaves > 4 * tree.built || tree.deepest > 100;
 }

@@ -78,6 +78,7 @@ struct Nearest {
 }  // namespace
 
 FibreSamples fibres_from_csv(std::string_view text, std::string_view name) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // as spreadsheets begin UTF-8 with
     std::string_view heading = take(text, '\n');
     std::size_t column_of[6];
     std::fill(std::begin(column_of), std::end(column_of), std::string_view::npos);
@@ -98,7 +99,8 @@ FibreSamples fibres_from_csv(std::string_view text, std::string_view name) {
         double value[6];
         bool read[6] = {};
         for (std::size_t column = 0; !row.empty(); ++column) {
-            const std::string_view cell = trimmed(take(row, ','));
+            std::string_view cell = trimmed(take(row, ','));
+            if (cell.size() > 1 && cell[0] == '+' && cell[1] != '-') cell.remove_prefix(1);
             for (std::size_t k = 0; k < 6; ++k) {
                 if (column_of[k] != column) continue;
                 const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value[k]);
@@ -107,7 +109,8 @@ FibreSamples fibres_from_csv(std::string_view text, std::string_view name) {
         }
         for (std::size_t k = 0; k < 6; ++k)
             if (!read[k])
-                throw InputError(fmt::format("{}:{}: column '{}' is no number", name, line, columns[k]));
+                throw InputError(
+                    fmt::format("{}:{}: column '{}' is missing or no number", name, line, columns[k]));
         samples.places.push_back({value[0], value[1], value[2]});
         samples.directions.push_back({value[3], value[4], value[5]});
         if (!(samples.directions.back().stableNorm() > 0))
@@ -127,7 +130,9 @@ FibreSamples read_fibres(const std::filesystem::path& file) {
                 for (std::size_t i = 0; i + 2 < values.size(); i += 3)
                     samples.directions.push_back({values[i], values[i + 1], values[i + 2]});
         if (samples.directions.size() != samples.places.size())
-            throw InputError(fmt::format("{}: no field 'fibre' of three numbers a point", file.string()));
+            throw InputError(fmt::format(
+                "{}: no field 'fibre' of three numbers a point, as 'innerspring estimate --vtp' writes it",
+                file.string()));
         require(samples, file.string());
         return samples;
     }

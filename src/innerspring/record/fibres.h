@@ -15,8 +15,8 @@ struct FibreSamples {
 };
 
 /// A VTP file with the vector field `fibre` on its points, as `estimate --vtp` writes it, or CSV with a line
-/// of headings, of which x_m, y_m, z_m, fibre_x, fibre_y and fibre_z are read. Throws InputError "FILE:LINE:
-/// ...".
+/// of headings, of which x_m, y_m, z_m, fibre_x, fibre_y and fibre_z are read. Throws InputError
+/// "FILE: ...", with the line of a CSV.
 FibreSamples read_fibres(const std::filesystem::path& file);
 FibreSamples fibres_from_csv(std::string_view text, std::string_view name);
 

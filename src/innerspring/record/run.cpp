@@ -125,11 +125,21 @@ struct Writer {
     }
 };
 
-/// What must be the same for a run to be resumed: all but how long it goes on and with how many threads.
-std::uint64_t resume_hash(Scene scene) {
+/// What must be the same for a run to be resumed: all but how long it goes on and with how many threads. Of
+/// the files a scene names, what came of them.
+std::uint64_t resume_hash(Scene scene, const Body& body, const Loads& loads) {
     scene.duration = 0;
     scene.step.threads = 1;
-    return text_hash(to_toml(scene));
+    std::uint64_t hash = text_hash(to_toml(scene));
+    const auto mix = [&](const auto& values) {
+        const std::string_view bytes(reinterpret_cast<const char*>(values.data()),
+                                     values.size() * sizeof(values[0]));
+        hash = 3 * hash + text_hash(bytes);
+    };
+    mix(body.rest.positions), mix(body.rest.triangles), mix(body.m), mix(body.K), mix(body.N);
+    for (const Tool& tool : loads.tools)
+        if (tool.mesh) mix(tool.mesh->mesh.positions), mix(tool.mesh->mesh.triangles);
+    return hash;
 }
 
 /// The scene with the files it names by their full paths, so that it can be run from anywhere.
@@ -199,16 +209,18 @@ Summary run(const Scene& scene, const RunOptions& options) {
         });
     };
     std::vector<Measures> rows;
-    const std::uint64_t hash = resume_hash(scene);
+    const std::uint64_t hash = resume_hash(scene, body, loads);
     double put_in = 0;
     Writer writer{options.directory, body, loads, {}};
     if (options.resume) {
         if (scene.equilibrium) throw InputError("an equilibrium has nothing to resume; leave --resume out");
         SavedState saved = read_state(options.directory / "state.bin");
         if (saved.scene_hash != hash)
-            throw InputError(fmt::format(
-                "{}: holds a run of another scene; only the duration and the threads may change on --resume",
-                (options.directory / "state.bin").string()));
+            throw InputError(
+                fmt::format("{}: holds a run of another scene, or of files that have changed since; only the "
+                            "duration and "
+                            "the threads may change on --resume",
+                            (options.directory / "state.bin").string()));
         // The mesh as it was then: what was due before each step taken, on a body at rest.
         refiner.replay(std::move(saved.views), saved.state.time);
         for (std::uint64_t s = 0; s < saved.state.steps; ++s) refine_before_step(double(s) * scene.step.dt);
@@ -286,7 +298,7 @@ Summary run(const Scene& scene, const RunOptions& options) {
             }
             if (!report.converged) ++unconverged;
             rows.push_back(measure(body, loads, state));
-            if (body.material.poisson == 0.5) rows.back().pressure = report.pressure;
+            if (body.material.poisson > 0) rows.back().pressure = report.pressure;
             if (!loads.tools.empty()) {
                 for (std::size_t n = 0; n < loads.tools.size(); ++n)
                     rows.back().tool_force[n] = workspace.contact().tools[n].force;

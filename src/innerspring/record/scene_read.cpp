@@ -83,6 +83,7 @@ Anisotropy read_anisotropy(const Table& t) {
         if (!(std::abs(first.stableNormalized().dot(second.stableNormalized())) < 1e-6) ||
             !(first.stableNorm() > 0 && second.stableNorm() > 0))
             t.refuse("axes", "must be two directions at right angles; the third is across both");
+        first.stableNormalize(), second.stableNormalize();
         a.axes << first, second, first.cross(second);
     }
     return a;
@@ -318,6 +319,8 @@ SceneTool parse_tool(std::string_view text) {
 }
 
 Anisotropy parse_directions(std::string_view text) {
+    while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+    while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
     const bool word = !text.empty() && text.find_first_not_of("abcdefghijklmnopqrstuvwxyz") == text.npos;
     return parse_option("--anisotropy", word ? fmt::format("kind = \"{}\"", text) : std::string(text),
                         anisotropy, read_anisotropy);

@@ -18,9 +18,14 @@ namespace {
 
 using Field = std::vector<Vector>;
 
+/// Infinite where anything is no number, or beyond them.
 double largest_norm(const Field& a) {
     double largest = 0;
-    for (const Vector& v : a) largest = std::max(largest, v.squaredNorm());
+    for (const Vector& v : a) {
+        const double square = v.squaredNorm();
+        if (!std::isfinite(square)) return std::numeric_limits<double>::infinity();
+        largest = std::max(largest, square);
+    }
     return std::sqrt(largest);
 }
 
@@ -162,6 +167,7 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
     Problem problem(body, loads, state.time, options.threads);
     for (const Pin& pin : loads.pins)
         for (Index i : pin.vertices) state.x[i] = body.rest.positions[i] + offset_at(pin, state.time);
+    const Field start = state.x;
 
     EquilibriumReport report;
     const double load = load_sum(body, loads, state.time);
@@ -175,7 +181,8 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
         const Vector by =
             body.N.empty() ? Vector(sum / K)
                            : Vector((K * Eigen::Matrix3d::Identity() + deviation_sum(body)).llt().solve(sum));
-        for (Vector& x : state.x) x -= by;
+        if (by.allFinite())
+            for (Vector& x : state.x) x -= by;
         energy = problem.evaluate(state.x, g);
     }
     report.residual_n = largest_norm(g);
@@ -184,6 +191,16 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
     const double scale = std::max(load, loads.pins.empty() && load > 0 ? 0.0 : report.residual_n);
     report.tolerance_n =
         options.tolerance_n > 0 ? options.tolerance_n : std::max(1e-9 * scale, problem.rounding(state.x));
+    for (Vector& v : state.v) v.setZero();
+    // Loads beyond the numbers are balanced by nothing.
+    const auto finite = [&] {
+        return std::isfinite(energy) && std::isfinite(report.residual_n) &&
+               std::isfinite(report.tolerance_n) && std::isfinite(largest_norm(state.x));
+    };
+    if (!finite()) {
+        state.x = start;
+        return report;
+    }
     Newton newton;
     VolumePart& volume = problem.volume;
     if (volume.term.hard()) {
@@ -209,7 +226,10 @@ EquilibriumReport solve_equilibrium(const Body& body, const Loads& loads, State&
         if (!volume.term.hard() || report.reached || !done.reached) break;
     }
     report.pressure = volume.pressure();
-    for (Vector& v : state.v) v.setZero();
+    if (!finite()) {
+        report.reached = false;
+        state.x = start;
+    }
     return report;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <functional>
 #include <optional>
 
 #include "innerspring/sim/contact_hold.h"
@@ -54,9 +55,8 @@ class ImplicitSolver : private Minimand {
     void resize();
     void set_stiffness();
     void factorize(const Loads& loads);
-    template <class Minimise>
     bool touch(Contact& contact, const Loads& loads, double goal, double rounding, double tolerance,
-               StepReport& report, Minimise&& minimise);
+               StepReport& report, const std::function<bool(double residual)>& minimise);
     bool descend(double goal, double rounding, int most, StepReport& report);
     double direction(const Field& gradient);
     void evaluate(Point& at);
@@ -97,6 +97,7 @@ class ImplicitSolver : private Minimand {
     Point at_, trial_;
     Point from_;  ///< where a round of touch() began; its x and value
     Field end_;   ///< and where it ended
+    static constexpr std::size_t remembered_pairs = 6;
     std::vector<Pair> pairs_;
     std::size_t kept_ = 0, next_ = 0;  ///< pairs in use, and where the next goes
 };

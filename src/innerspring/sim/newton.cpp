@@ -9,6 +9,12 @@ void add(double factor, const Minimand::Field& from, Minimand::Field& to) {
     for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * from[i];
 }
 
+double dot(const Minimand::Field& a, const Minimand::Field& b) {
+    double sum = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+    return sum;
+}
+
 void Newton::model(Minimand& f, const Field& g, double relative, double enough, int most) {
     const std::size_t n = g.size();
     p_.assign(n, Vector::Zero());

@@ -26,6 +26,7 @@ class Minimand {
 
 /// to += factor from.
 void add(double factor, const Minimand::Field& from, Minimand::Field& to);
+double dot(const Minimand::Field& a, const Minimand::Field& b);
 
 /// Newton's method in a trust region |p|_M <= radius, its steps by conjugate gradients that stop at the rim
 /// (Steihaug 1983), shortened where that lowers the value (Nocedal & Yuan 1998). The value never rises. A
