@@ -119,10 +119,14 @@ LoopReport run_and_draw(const Arguments& a, BodySide& body, double dt, Device& d
     viewer::FeltView view(body, 0, dt);
     view.see_every_step();
     view.attach(options);
-    const LoopReport report = run_haptic(body, dt, body.mapping(), device, options);
-    view.update();
     viewer::History history;
     history.add(view.latest());
+    options.after_step = [&, told = std::move(options.after_step)](const HandState& hand,
+                                                                   const Touch& touch) {
+        told(hand, touch);
+        if (view.update()) history.add(view.latest());
+    };
+    const LoopReport report = run_haptic(body, dt, body.mapping(), device, options);
     write_whole(a.screenshot, to_png(studio.picture(view.latest(), history)));
     return report;
 }

@@ -266,7 +266,9 @@ Summary run(const Scene& scene, const RunOptions& options) {
         summary.equilibrium_reached = report.reached;
         summary.residual_n = report.residual_n;
         summary.tolerance_n = report.tolerance_n;
-        if (!report.reached)
+        if (!report.reached && !std::isfinite(report.tolerance_n))
+            summary.failure = "no equilibrium: loads and springs are beyond the numbers; check their units";
+        else if (!report.reached)
             summary.failure = fmt::format(
                 "no equilibrium after {} iterations: the largest force left is {:.3g} N, {:.3g} N was asked "
                 "for",
