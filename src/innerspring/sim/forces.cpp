@@ -43,9 +43,15 @@ struct SpringSums {
     }
 };
 
+/// Of the polar decomposition from the frame of the energy [rad]: beyond it other minima are looked for.
+constexpr double far = 0.3;
+
 /// Brings R and t from near it to the minimum of sum_i r . K r / 2, r = y - q, y = R^T (x - t): Newton's
 /// method in a small motion, y to exp(-[w]) (y - s), which gives r + y x w - s + w x s + w x (w x y) / 2.
-void minimise(const SpringSums& sums, Matrix3& R, Vector& t) {
+/// False if the way was far or not downhill all along, so that there may be lower minima: then it is
+/// shortened until the energy falls, as it is from the beginning without `sure`. `energy`: at the end, up to
+/// a constant [J]; found only then.
+bool minimise(const SpringSums& sums, Matrix3& R, Vector& t, double& energy, bool sure = true) {
     using Matrix6 = Eigen::Matrix<double, 6, 6>;
     using Vector6 = Eigen::Matrix<double, 6, 1>;
     constexpr int second[3][3] = {{4, 5, 6}, {5, 7, 8}, {6, 8, 9}};  // where K x_m x_n is
@@ -57,16 +63,28 @@ void minimise(const SpringSums& sums, Matrix3& R, Vector& t) {
     }
     Matrix3 A = R.transpose();
     Vector b = -A * t;
-    double before = INFINITY;
-    for (int iteration = 0; iteration < 30; ++iteration) {
-        // With f = K r: sum f, and sum f x^T.
-        Vector F = K * b - sums.q.col(0);
-        Matrix3 fx = -sums.q.rightCols<3>();
+    // With f = K r: sum f, and sum f x^T.
+    const auto forces = [&](const Matrix3& turned, const Vector& moved, Vector& F, Matrix3& fx) {
+        F = K * moved - sums.q.col(0);
+        fx = -sums.q.rightCols<3>();
         for (int m = 0; m < 3; ++m) {
-            F += K1[m] * A.col(m);
-            fx.col(m) += K1[m] * b;
-            for (int n = 0; n < 3; ++n) fx.col(n) += K2[m][n] * A.col(m);
+            F += K1[m] * turned.col(m);
+            fx.col(m) += K1[m] * moved;
+            for (int n = 0; n < 3; ++n) fx.col(n) += K2[m][n] * turned.col(m);
         }
+    };
+    // sum r . K r / 2 = sum (f - K q) . y / 2, up to a constant.
+    const auto energy_at = [&](const Matrix3& turned, const Vector& moved) {
+        Vector F;
+        Matrix3 fx;
+        forces(turned, moved, F, fx);
+        return ((fx - sums.q.rightCols<3>()).cwiseProduct(turned).sum() + (F - sums.q.col(0)).dot(moved)) / 2;
+    };
+    double before = INFINITY;
+    for (int iteration = 0; iteration < (sure ? 30 : 200); ++iteration) {
+        Vector F;
+        Matrix3 fx;
+        forces(A, b, F, fx);
         const Matrix3 fy = fx * A.transpose() + F * b.transpose();
         // sum K y_c and sum K y_c y_d.
         Matrix3 Ky[3], Kyy[3][3];
@@ -108,20 +126,33 @@ void minimise(const SpringSums& sums, Matrix3& R, Vector& t) {
         H.bottomLeftCorner<3, 3>() = cross.transpose();
         H.bottomRightCorner<3, 3>() = spin;
         Eigen::LLT<Matrix6> llt(H);
-        if (llt.info() != Eigen::Success)  // far from any minimum: downhill
+        if (llt.info() != Eigen::Success) {  // far from any minimum: downhill
             llt.compute(H + H.cwiseAbs().rowwise().sum().maxCoeff() * Matrix6::Identity());
-        const Vector6 step = -llt.solve(g);
-        const Vector w = step.tail<3>();
-        const double angle = w.norm();
-        if (!step.allFinite() || !(angle < 1e3)) return;
-        const Matrix3 turn = angle > 0 ? Eigen::AngleAxisd(-angle, w / angle).toRotationMatrix()
-                                       : Matrix3(Matrix3::Identity());
-        A = turn * A, b = turn * (b - step.head<3>());
+            sure = false;
+        }
+        Vector6 step = -llt.solve(g);
+        double angle = step.tail<3>().norm();
+        if (!step.allFinite() || !(angle < 1e3)) break;
+        if (angle > far) sure = false;
+        const double here = sure || angle < 1e-6 ? 0 : energy_at(A, b);
+        Matrix3 A_next;
+        Vector b_next;
+        for (int cut = 0;; ++cut) {
+            const Vector w = step.tail<3>();
+            const Matrix3 turn = angle > 0 ? Eigen::AngleAxisd(-angle, w / angle).toRotationMatrix()
+                                           : Matrix3(Matrix3::Identity());
+            A_next = turn * A, b_next = turn * (b - step.head<3>());
+            if (sure || angle < 1e-6 || cut == 40 || energy_at(A_next, b_next) < here) break;
+            step /= 2, angle /= 2;
+        }
+        A = A_next, b = b_next;
         R = A.transpose(), t = -R * b;
         // Convergence is quadratic: the next one would be rounding.
-        if (angle < 1e-9 || (angle < 1e-6 && angle >= before)) return;
+        if (angle < 1e-9 || (angle < 1e-6 && angle >= before)) break;
         before = angle;
     }
+    if (!sure) energy = energy_at(A, b);
+    return sure;
 }
 
 }  // namespace
@@ -166,8 +197,20 @@ HomeFrame home_frame(const Body& body, Positions x, Team& team) {
     frame.R = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
     frame.t = x0 + x_mean - frame.R * (q0 + q_mean);
     if (anisotropic) {
-        Vector t = x_mean - frame.R * q_mean;
-        minimise(sum.springs, frame.R, t);
+        const Matrix3 polar = frame.R;
+        Vector t = x_mean - polar * q_mean;
+        double least = 0;
+        if (!minimise(sum.springs, frame.R, t, least)) {
+            // The least of all minima is continuous in x where one of them is not.
+            for (int start = 0; start < 9; ++start) {
+                Matrix3 R = polar * Eigen::AngleAxisd((start / 3 + 1) * EIGEN_PI / 2, Vector::Unit(start % 3))
+                                        .toRotationMatrix();
+                Vector s = x_mean - R * q_mean;
+                double energy = INFINITY;
+                minimise(sum.springs, R, s, energy, false);
+                if (energy < least) least = energy, frame.R = R, t = s;
+            }
+        }
         frame.t = x0 + t - frame.R * q0;
     }
     return frame;
