@@ -6,7 +6,6 @@
 #include <iterator>
 
 #include "innerspring/mesh/error.h"
-#include "innerspring/mesh/shapes.h"
 
 namespace innerspring::viewer {
 
@@ -22,16 +21,10 @@ Scene scene_of(const std::string& what, const std::function<void(Scene&)>& adjus
         scene.mesh = what;
     if (adjust) adjust(scene);
     // A recording or a saved scene is opened from elsewhere, too.
-    std::error_code ignored;
-    if (!is_shape(scene.mesh) && std::filesystem::exists(scene.mesh, ignored))
-        scene.mesh = std::filesystem::absolute(scene.mesh).string();
-    for (SceneTool& tool : scene.tools)
-        if (!tool.mesh.empty() && !is_shape(tool.mesh))
-            tool.mesh = std::filesystem::absolute(tool.mesh, ignored).string();
-    if (std::string& device = scene.haptic.device; device.starts_with("replay:"))
-        device = "replay:" + std::filesystem::absolute(device.substr(7), ignored).string();
-    if (std::string& field = scene.material.anisotropy.file; !field.empty())
-        field = std::filesystem::absolute(field, ignored).string();
+    rename_files(scene, [](const std::string& name) {
+        std::error_code ignored;
+        return std::filesystem::exists(name, ignored) ? std::filesystem::absolute(name).string() : name;
+    });
     // What was adjusted must hold as much as what a file says.
     return scene_from_text(to_toml(scene), what);
 }

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "innerspring/mesh/error.h"
-#include "innerspring/mesh/shapes.h"
 #include "innerspring/mesh/write.h"
 #include "innerspring/record/json.h"
 #include "innerspring/record/picture.h"
@@ -144,18 +143,9 @@ std::uint64_t resume_hash(Scene scene, const Body& body, const Loads& loads) {
 
 /// The scene with the files it names by their full paths, so that it can be run from anywhere.
 Scene located(Scene scene) {
-    const auto locate = [](std::string& file) {
-        if (!file.empty() && !is_shape(file))
-            file = std::filesystem::absolute(file).lexically_normal().string();
-    };
-    locate(scene.mesh);
-    for (SceneTool& tool : scene.tools) locate(tool.mesh);
-    locate(scene.material.anisotropy.file);
-    if (std::string& device = scene.haptic.device; device.starts_with("replay:")) {
-        std::string file = device.substr(7);
-        locate(file);
-        device = "replay:" + file;
-    }
+    rename_files(scene, [](const std::string& name) {
+        return std::filesystem::absolute(name).lexically_normal().string();
+    });
     return scene;
 }
 

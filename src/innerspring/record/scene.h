@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -118,5 +119,9 @@ Anisotropy parse_directions(std::string_view text);  ///< also a kind alone
 
 /// The whole scene as TOML with every key said, readable by scene_from_text to the same bits.
 std::string to_toml(const Scene& scene);
+
+/// Every file that the scene names (meshes of body and tools, a field of fibres, a recorded hand; not
+/// built-in shapes) gets the name that `renamed` gives for it.
+void rename_files(Scene& scene, const std::function<std::string(const std::string&)>& renamed);
 
 }  // namespace innerspring

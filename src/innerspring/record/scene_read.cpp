@@ -295,15 +295,23 @@ Scene read_scene(const std::filesystem::path& file) {
     if (in.bad()) throw InputError(fmt::format("{}: cannot be read to its end", file.string()));
     text.resize(static_cast<std::size_t>(in.gcount()));
     Scene scene = scene_from_text(text, file.string());
-    if (!is_shape(scene.mesh))
-        scene.mesh = (file.parent_path() / scene.mesh).string();  // an absolute one stays
-    for (SceneTool& t : scene.tools)
-        if (!t.mesh.empty() && !is_shape(t.mesh)) t.mesh = (file.parent_path() / t.mesh).string();
-    if (std::string& field = scene.material.anisotropy.file; !field.empty())
-        field = (file.parent_path() / field).string();
-    if (const std::string& device = scene.haptic.device; device.starts_with("replay:"))
-        scene.haptic.device = "replay:" + (file.parent_path() / device.substr(7)).string();
+    rename_files(scene, [&](const std::string& name) {
+        return (file.parent_path() / name).string();  // an absolute one stays
+    });
     return scene;
+}
+
+void rename_files(Scene& scene, const std::function<std::string(const std::string&)>& renamed) {
+    constexpr std::string_view replay = "replay:";
+    const auto rename = [&](std::string& name) {
+        if (!name.empty() && !is_shape(name)) name = renamed(name);
+    };
+    rename(scene.mesh);
+    for (SceneTool& tool : scene.tools) rename(tool.mesh);
+    std::string& field = scene.material.anisotropy.file;
+    if (!field.empty()) field = renamed(field);
+    std::string& device = scene.haptic.device;
+    if (device.starts_with(replay)) device = std::string(replay) + renamed(device.substr(replay.size()));
 }
 
 SceneForce parse_force(std::string_view text) {
